@@ -110,8 +110,8 @@ class Engine:
         )
         compiled = use_compiled(config.tactile.arithmetic)
         self._grip = GripObserver(config.grip, self._asked.answer_s, compiled=compiled)
-        watches = self._controls and config.safety.watch_press
-        self._press = PressWatch(config.grip.power, self._asked.resolution_m) if watches else None
+        self._press = PressWatch(config.grip.power, self._asked.resolution_m)
+        self._watches_press = self._controls and config.safety.watch_press
         self._newest: Cycle | None = None
         self._wanted = Wanted("begin")
         self._controlled_ns: int | None = None
@@ -313,7 +313,7 @@ class Engine:
         self.observers.publish(cycle)
         self.events.publish(cycle)
         # After the cycle is published, so that a recording has the frame that explains a stop.
-        if self._press is not None and acting and grip.complete and math.isfinite(self._wanted.touch_m):
+        if self._watches_press and acting and grip.complete and math.isfinite(self._wanted.touch_m):
             self._press.see(grip)
         if self._yielding is not None:
             self._yielding.append(cycle)
@@ -438,8 +438,7 @@ class Engine:
     def _begin_grip(self) -> None:
         """Forget the grip before: the controller's memory belongs to it."""
         self._grip.reset()
-        if self._press is not None:
-            self._press.reset()
+        self._press.reset()
         self._make(self._update._replace(name="reset"), self._rig.controller.reset)
         self._controlled_ns = None
 

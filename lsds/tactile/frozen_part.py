@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lsds.tactile.tiles import tiles_of
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -17,8 +19,6 @@ LEAST_REPEATS = 3
 """Minimum successive repetitions of a frozen tile; chosen: compression may repeat a calm tile once or twice."""
 ROW_STEP_PX = 16
 """Distance of the rows that are compared, px; chosen: a band of a tenth of 240 rows holds one or two of them."""
-TILES_ACROSS = 8
-"""Number of tiles across a row; chosen."""
 
 
 class FrozenPart:
@@ -35,7 +35,7 @@ class FrozenPart:
         `learns`: nothing depends on the image, so tiles that repeat now may go on doing so. Other arrays than images
         and images of another size than the last one have no frozen tiles; what was learnt of a size is kept.
         """
-        before, self._tiles = self._tiles, _tiles_of(image)
+        before, self._tiles = self._tiles, tiles_of(image, ROW_STEP_PX, ROW_STEP_PX // 2)
         if self._tiles is None or before is None or before.shape != self._tiles.shape:
             self._repeated[:] = 0
             return 0.0
@@ -53,13 +53,3 @@ class FrozenPart:
         pixels = self._tiles[frozen].reshape(int(frozen.sum()), -1, 3)
         frozen[frozen] = np.ptp(pixels, axis=1).any(axis=1)
         return float(frozen.mean())
-
-
-def _tiles_of(image: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
-    """Return the tiles (n, values) of an image, None for any other array."""
-    if not (isinstance(image, np.ndarray) and image.dtype == np.uint8 and image.ndim == 3 and image.shape[2] == 3):
-        return None
-    # Columns that do not fill a tile are left out.
-    width = image.shape[1] // TILES_ACROSS * TILES_ACROSS
-    rows = image[ROW_STEP_PX // 2 :: ROW_STEP_PX, :width]
-    return rows.reshape(len(rows) * TILES_ACROSS, -1).copy() if rows.size else None

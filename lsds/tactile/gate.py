@@ -57,6 +57,7 @@ class FrameGate:
     ) -> None:
         self._spec = spec
         self._live = live
+        self._source, self._frozen_after_s = source, max(safety.frozen_after_s, safety.stale_after_s)
         self._fresh = Freshness(
             source,
             start_ns,
@@ -67,10 +68,9 @@ class FrameGate:
         self._changing = Freshness(
             source,
             start_ns,
-            nanoseconds(max(safety.frozen_after_s, safety.stale_after_s)),
+            nanoseconds(self._frozen_after_s),
             remedy="the camera repeats one image",
         )
-        self._source, self._frozen_after_s = source, max(safety.frozen_after_s, safety.stale_after_s)
         self._repeated, self._frozen = RepeatedImage(), FrozenPart()
         self._whole_ns: int | None = None
         self._unrest = Unrest()

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
+from lsds.tactile.tiles import tiles_of
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -20,8 +22,6 @@ UNREST_FRAMES = 4
 """Consecutive frames above the limit: a camera's start, or a press, may change the light abruptly."""
 ROW_DISTANCE_PX = 48
 """Distance of the rows that are compared, px."""
-TILES_PER_ROW = 8
-"""Number of tiles per row."""
 
 
 class Unrest:
@@ -29,7 +29,7 @@ class Unrest:
 
     def __init__(self) -> None:
         self.level = 0.0
-        self._rows: NDArray[np.uint8] | None = None
+        self._tiles: NDArray[np.uint8] | None = None
         self._count = 0
 
     def seen(self, image: NDArray[np.uint8]) -> bool:
@@ -37,17 +37,13 @@ class Unrest:
 
         Other arrays are ignored: `check_image` reports their error.
         """
-        if not (isinstance(image, np.ndarray) and image.dtype == np.uint8 and image.ndim == 3 and image.size):
+        tiles = tiles_of(image, ROW_DISTANCE_PX)
+        if tiles is None:
             return False
-        # Columns that do not fill a tile are left out.
-        rows = np.ascontiguousarray(
-            image[::ROW_DISTANCE_PX, : max(TILES_PER_ROW, image.shape[1] // TILES_PER_ROW * TILES_PER_ROW)]
-        )
-        before, self._rows = self._rows, rows
-        if before is None or before.shape != rows.shape or rows.shape[1] % TILES_PER_ROW:
+        before, self._tiles = self._tiles, tiles
+        if before is None or before.shape != tiles.shape:
             self._count = 0
             return False
-        change = np.asarray(cv2.absdiff(rows, before))
-        self.level = float(change.reshape(len(rows) * TILES_PER_ROW, -1).mean(axis=1).min())
+        self.level = float(np.asarray(cv2.absdiff(tiles, before)).mean(axis=1).min())
         self._count = self._count + 1 if self.level > UNREST else 0
         return self._count >= UNREST_FRAMES

@@ -8,9 +8,8 @@ from typing import Any
 
 from lsds.config.overrides import override_texts
 from lsds.errors import DataError
-from lsds_research.collecting.objects import PLANS
 from lsds_research.stability.grid import Axis, StabilityMap
-from lsds_research.studies.grip.lift import OFF, Lift, lift
+from lsds_research.studies.grip.lift import OFF, Lift, lift, weight_n
 
 CONTROLLERS = ("belief", "pd")
 FIXED = "fixed grip"
@@ -42,7 +41,6 @@ def lifted(
     """
     backend = OFF if method in (FIXED, FIRM) else method
     squeeze_mm = FIRM_SQUEEZE_MM if method == FIRM else squeeze_mm
-    weight_n = round(2 * 0.55 * PLANS[name].needed_n, 3)
     what = Lift(
         backend,
         name,
@@ -51,7 +49,7 @@ def lifted(
         1.0,
         "none",
         seed,
-        weight_n,
+        weight_n(name),
         settings=tuple(override_texts(settings)),
         cell=tuple(override_texts(cell or {})),
     )

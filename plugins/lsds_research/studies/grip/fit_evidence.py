@@ -10,9 +10,8 @@ between rest and slip, and slides after their first 0.8 s, do not count.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from functools import partial
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from typing import Any, NamedTuple
 from unittest.mock import patch
 
@@ -22,14 +21,13 @@ from numpy.typing import NDArray
 from lsds.cli.threads import one_thread, processes
 from lsds.clock import nanoseconds
 from lsds.contracts import Detection, GripEstimate, SlipEstimate
-from lsds.grip import observer
 from lsds.grip.belief import GripBelief
 from lsds.grip.evidence import CLOSING_WEIGHTS, STILL_WEIGHTS, SlipEvidence
-from lsds.grip.options import GripOptions
+from lsds.grip.observer import GripObserver
 from lsds.session.run import run
 from lsds.support.processes import spread
 from lsds_research.collecting.objects import PLANS
-from lsds_research.studies.grip.lift import OFF, Lift
+from lsds_research.studies.grip.lift import OFF, Lift, weight_n
 from lsds_research.studies.grip.random_objects import drawn
 
 Floats = NDArray[np.float64]
@@ -52,8 +50,12 @@ LEAST_PROBABILITY = 1e-3
 """Minimum probability of what happened in the log loss; chosen."""
 
 
+EVIDENCE_AT = {"update": 3, "weigh": 0}
+"""Methods of the belief that take evidence, with the place of the evidence among their arguments."""
+
+
 class Round(NamedTuple):
-    """A round of the belief: its method `name` with arguments, and the answers of detector and estimator."""
+    """A call of the belief's method `name`, and the answers of detector and estimator that its evidence is of."""
 
     name: str
     t_ns: int
@@ -62,65 +64,43 @@ class Round(NamedTuple):
 
 
 class Recorded(NamedTuple):
-    """The rounds of a lift, its object, the time of the fingers' answer, and the true slip speed (n, 2) over time."""
+    """The object of a lift, the belief's rounds (the first makes it), and the true slip speed (n, 2) over time."""
 
     name: str
-    answer_s: float
     rounds: list[Round]
     truth: Floats
 
 
 @contextmanager
-def recording(rounds: list[Round], answers: list[float]) -> Iterator[None]:
-    """Record what beliefs are fed with, in this process."""
-    now: dict[str, Any] = {"t_ns": 0, "seen": None}
+def recording(rounds: list[Round]) -> Iterator[None]:
+    """Record the calls of the belief in this process, from its making on."""
+    t_ns, seen = 0, None
 
-    class Evidence(SlipEvidence):
-        def take(self, detection: Detection, estimate: SlipEstimate, since_change_s: float) -> float:
-            now["seen"] = detection, estimate, since_change_s
-            return super().take(detection, estimate, since_change_s)
+    def believe(self: GripObserver, frame: GripEstimate, *more: Any) -> dict[str, Any]:
+        nonlocal t_ns
+        t_ns = frame.t_ns
+        return was_believe(self, frame, *more)
 
-    class Belief(GripBelief):
-        def __init__(self, options: GripOptions, answer_s: float, *, compiled: bool = False) -> None:
-            answers.append(answer_s)
-            super().__init__(options, answer_s, compiled=compiled)
+    def take(self: SlipEvidence, *answers: Any) -> float:
+        nonlocal seen
+        seen = answers
+        return was_take(self, *answers)
 
-        def reset(self) -> None:
-            rounds.append(Round("reset", now["t_ns"]))
-            super().reset()
+    def noted(name: str) -> Callable[..., None]:
+        was = getattr(GripBelief, name)
 
-        def know_normal(self, normal_n: float, squeeze_mm: float) -> None:
-            rounds.append(Round("know_normal", now["t_ns"], (normal_n, squeeze_mm)))
-            super().know_normal(normal_n, squeeze_mm)
+        def call(self: GripBelief, *arguments: Any, **options: Any) -> None:
+            rounds.append(Round(name, t_ns, arguments, seen if name in EVIDENCE_AT else None))
+            was(self, *arguments, **options)
 
-        def update(
-            self,
-            load_n: float,
-            squeeze_mm: float,
-            dt_s: float,
-            evidence: float,
-            stands: bool = False,
-            moved_mm: float = math.inf,
-        ) -> None:
-            rounds.append(Round("update", now["t_ns"], (load_n, squeeze_mm, dt_s, stands, moved_mm), now["seen"]))
-            super().update(load_n, squeeze_mm, dt_s, evidence, stands, moved_mm)
+        return call
 
-        def weigh(self, evidence: float, dt_s: float) -> None:
-            rounds.append(Round("weigh", now["t_ns"], (dt_s,), now["seen"]))
-            super().weigh(evidence, dt_s)
-
-    class Observer(observer.GripObserver):
-        def _believe(
-            self, seen: GripEstimate, squeeze_m: float, estimate: SlipEstimate, supported: bool, speed_m_s: float
-        ) -> dict[str, Any]:
-            now["t_ns"] = seen.t_ns
-            return super()._believe(seen, squeeze_m, estimate, supported, speed_m_s)
-
-    with (
-        patch.object(observer, "SlipEvidence", Evidence),
-        patch.object(observer, "GripBelief", Belief),
-        patch("lsds.runtime.engine.GripObserver", Observer),
-    ):
+    was_believe, was_take = GripObserver._believe, SlipEvidence.take
+    with ExitStack() as patches:
+        patches.enter_context(patch.object(GripObserver, "_believe", believe))
+        patches.enter_context(patch.object(SlipEvidence, "take", take))
+        for name in ("__init__", "reset", "know_normal", *EVIDENCE_AT):
+            patches.enter_context(patch.object(GripBelief, name, noted(name)))
         yield
 
 
@@ -128,11 +108,10 @@ def recorded(lift: tuple[str, Sequence[str]]) -> Recorded:
     """Run a lift (its object, config keys) and record it."""
     name, overrides = lift
     rounds: list[Round] = []
-    answers: list[float] = []
-    with recording(rounds, answers):
+    with recording(rounds):
         session = run(None, overrides)
     truth = np.array([(truth.t_ns, math.hypot(*truth.slip_velocity_m_s)) for truth in session.truths])
-    return Recorded(name, answers[-1], rounds, truth)
+    return Recorded(name, rounds, truth)
 
 
 def lifts() -> Iterator[tuple[str, list[str]]]:
@@ -141,21 +120,17 @@ def lifts() -> Iterator[tuple[str, list[str]]]:
     for draw, count in DRAWS:
         for index in range(count):
             each = drawn(draw, index)
-            cell = each.overrides()
-            lift = partial(Lift, friction=1.0, change="none", seed=each.gel, weight_n=each.weight_n, cell=cell)
             rig = _worn(rng) if index % 2 else []
-            held = lift("belief", each.name, each.squeeze_mm, each.speed_m_s)
-            yield each.name, [*held.overrides(), *rig]
+            yield each.name, [*each.lift("belief", each.squeeze_mm).overrides(), *rig]
             if index % 3 == 0:
                 # Half of the squeeze without a controller: a slide that goes on.
-                slides = lift(OFF, each.name, 0.5 * each.squeeze_mm, each.speed_m_s)
+                slides = each.lift(OFF, 0.5 * each.squeeze_mm)
                 yield each.name, [*slides.overrides(), *rig, "task.lift_s=1.0"]
-    for number, (name, plan) in enumerate(PLANS.items()):
+    for number, name in enumerate(PLANS):
         for at, change in enumerate(CHANGED):
             if (number + at) % 2 == 0:
-                weight_n = round(2 * 0.55 * plan.needed_n, 3)
-                changed = Lift("belief", name, 1.1 + 0.3 * (number % 3), 0.038, 1.0, change, 400 + number, weight_n)
-                yield name, changed.overrides()
+                squeeze_mm, seed = 1.1 + 0.3 * (number % 3), 400 + number
+                yield name, Lift("belief", name, squeeze_mm, 0.038, 1.0, change, seed, weight_n(name)).overrides()
 
 
 def _worn(rng: np.random.Generator) -> list[str]:
@@ -191,20 +166,19 @@ def log_loss(lifts: Sequence[tuple[Recorded, dict[int, bool]]], weights: Floats)
     still, closing = ((float(a), float(b), float(c)) for a, b, c in (weights[:3], weights[3:]))
     losses: list[float] = []
     for lift, labels in lifts:
-        belief = GripBelief(GripOptions(), lift.answer_s, compiled=True)
-        evidence = SlipEvidence(lift.answer_s, still, closing)
-        for each in lift.rounds:
+        made, *rounds = lift.rounds
+        belief = GripBelief(*made.arguments, compiled=True)
+        _, answer_s = made.arguments
+        evidence = SlipEvidence(answer_s, still, closing)
+        for each in rounds:
             if each.name == "reset":
-                evidence = SlipEvidence(lift.answer_s, still, closing)
+                evidence = SlipEvidence(answer_s, still, closing)
+            arguments = list(each.arguments)
+            if each.seen is not None:
+                arguments[EVIDENCE_AT[each.name]] = evidence.take(*each.seen)
+            getattr(belief, each.name)(*arguments)
             if each.seen is None:
-                getattr(belief, each.name)(*each.arguments)
                 continue
-            added = evidence.take(*each.seen)
-            if each.name == "update":
-                load_n, squeeze_mm, dt_s, stands, moved_mm = each.arguments
-                belief.update(load_n, squeeze_mm, dt_s, added, stands, moved_mm)
-            else:
-                belief.weigh(added, *each.arguments)
             if each.t_ns in labels:
                 right = belief.slips if labels[each.t_ns] else 1 - belief.slips
                 losses.append(-math.log(max(right, LEAST_PROBABILITY)))

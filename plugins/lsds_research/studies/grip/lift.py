@@ -48,6 +48,15 @@ CHANGES: dict[str, dict[str, Any]] = {
 centre, half-way up."""
 
 
+MIDDLE_FRICTION = 0.55
+"""Static friction in the middle of the catalogue, used to derive an object's weight from the force it needs."""
+
+
+def weight_n(name: str) -> float:
+    """Return the weight (N) of an object of the catalogue."""
+    return round(2 * MIDDLE_FRICTION * PLANS[name].needed_n, 3)
+
+
 @dataclass(frozen=True, slots=True)
 class Lift:
     """A run; the controller does not know the object. `cell` describes an object outside the catalogue."""

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from lsds.config.overrides import override_texts
+from lsds_research.studies.grip.lift import Lift
 
 DEVELOPMENT = frozenset({0, *range(1000, 1011)})
 """Draws on which controllers were tuned."""
@@ -60,6 +61,21 @@ class RandomObject:
     def overrides(self) -> tuple[str, ...]:
         """Return the config's keys of the object."""
         return tuple(override_texts({f"cell.simulated.{key}": value for key, value in self.cell}))
+
+    def lift(self, controller: str, squeeze_mm: float, settings: tuple[str, ...] = ()) -> Lift:
+        """Return its lift by a controller from a first squeeze (mm); `settings` are keys of the config."""
+        return Lift(
+            controller,
+            self.name,
+            squeeze_mm,
+            self.speed_m_s,
+            1.0,
+            "none",
+            self.gel,
+            self.weight_n,
+            settings=settings,
+            cell=self.overrides(),
+        )
 
 
 def drawn(draw: int, index: int) -> RandomObject:

@@ -17,7 +17,7 @@ from lsds.session.verdict import Outcome
 from lsds_research.collecting.objects import PLANS
 from lsds_research.run_store import run_and_store
 from lsds_research.studies.grip import sensitivity
-from lsds_research.studies.grip.lift import OFF, Lift, lift
+from lsds_research.studies.grip.lift import OFF, Lift, lift, weight_n
 from lsds_research.studies.grip.options import GripOptions
 from lsds_research.studies.grip.plot import plot_grip
 from lsds_research.studies.grip.random_objects import DEVELOPMENT, FIRM_SQUEEZES_MM, drawn
@@ -30,8 +30,6 @@ MET_MM = 0.05
 """A run reached the friction limit if the object slipped by more than this (mm)."""
 GREW = 1.1
 """Ratio of peak to first grip above which a grip has grown; chosen."""
-MIDDLE_FRICTION = 0.55
-"""Static friction in the middle of the catalogue, used to derive an object's weight from the force it needs."""
 EXPLAINED = (
     "needed: minimum normal force per finger that carries the object; slip, arrest, peak, steady: medians and 95 % "
     f"quantiles over the runs that slipped by more than {MET_MM} mm; grown where it held: share of the other runs "
@@ -114,7 +112,6 @@ def _planned(options: GripOptions, seed: int) -> list[Lift]:
     cases = product(
         controllers, objects, options.squeezes_mm, speeds, options.frictions, options.changes, range(options.seeds)
     )
-    weight_n = {name: round(2 * MIDDLE_FRICTION * PLANS[name].needed_n, 3) for name in objects}
     return [
         Lift(
             who,
@@ -124,7 +121,7 @@ def _planned(options: GripOptions, seed: int) -> list[Lift]:
             friction,
             change,
             seed + 1 + own,
-            weight_n[name],
+            weight_n(name),
             options.probe,
             round(options.fragile * PLANS[name].needed_n, 3) if options.fragile else None,
             tuple(options.settings),
@@ -138,19 +135,9 @@ def _drawn(options: GripOptions) -> list[Lift]:
     named = [name for name in options.controllers if name != OFF]
     controllers = backend_names(PluginHost(), "controller", named)
     objects = [drawn(options.draw, index) for index in range(options.random)]
+    settings = tuple(options.settings)
     return [
-        Lift(
-            who,
-            each.name,
-            squeeze_mm,
-            each.speed_m_s,
-            1.0,
-            "none",
-            each.gel,
-            each.weight_n,
-            settings=tuple(options.settings),
-            cell=each.overrides(),
-        )
+        each.lift(who, squeeze_mm, settings)
         for each in objects
         for who, squeeze_mm in (
             *((OFF, firm) for firm in FIRM_SQUEEZES_MM),
