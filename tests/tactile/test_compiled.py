@@ -8,7 +8,7 @@ import sys
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from tactile.imprinted import HEIGHT, METRES_PER_PX, PITCH, WIDTH, Motion, bumps, dots, field, painted
 
@@ -94,6 +94,7 @@ def followed(kind: bool, body: Motion, gel: Motion, seed: int) -> ImprintMotion 
     gel=st.tuples(st.floats(-4, 4), st.floats(-4, 4)),
     seed=st.integers(0, 100),
 )
+@example(slip=(0.0, 0.0, 0.0), gel=(0.5, 0.5), seed=7).via("the gain changes in the last step")
 def test_the_imprint_is_followed_alike(slip: tuple[float, float, float], gel: tuple[float, float], seed: int) -> None:
     body = Motion(slip[0] + gel[0], slip[1] + gel[1], math.radians(slip[2]))
     portable, fast = (followed(kind, body, Motion(*gel), seed) for kind in (False, True))
@@ -106,7 +107,7 @@ def test_the_imprint_is_followed_alike(slip: tuple[float, float, float], gel: tu
     assert fast.stuck_match == pytest.approx(portable.stuck_match, abs=5e-3)
     assert fast.seen == pytest.approx(portable.seen, abs=0.01)
     assert fast.gain == pytest.approx(portable.gain, rel=0.01)
-    assert fast.residual == pytest.approx(portable.residual, rel=0.1)
+    assert fast.residual == pytest.approx(portable.residual, rel=0.02)
     assert fast.information == pytest.approx(portable.information, rel=0.1, abs=0.02 * portable.information.max())
 
 

@@ -63,7 +63,7 @@ def registered(
     """
     most, settled, longest, least_gain, largest_gain = limits
     x, y, turn = start
-    gain = 1.0
+    gain = compared_at = 1.0
     normal = np.empty((4, 5))
     sums = np.empty(5)
     full = np.empty((4, 5))
@@ -94,6 +94,11 @@ def registered(
         if length < settled:
             break
         _compare(table, places, curvature, weight, centre, x, y, turn, gain, outlier, normal, sums)
+        compared_at = gain
+    # The last step changes the gain after the last comparison: its sums give the difference at the new gain.
+    change = gain - compared_at
+    own, both = sums[0], sums[1]
+    sums[3] = max(sums[3] + change * (change * own - 2 * (both - compared_at * own)), 0.0)
     answer = np.empty(29)
     answer[0], answer[1], answer[2], answer[3] = x, y, turn, gain
     answer[4:24] = normal.ravel()
