@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from lsds.tactile.soft_finger import speed_of
+from lsds.tactile.contact_load import speed_of
 
 if TYPE_CHECKING:
     from lsds.contracts import Detection, SlipEstimate

@@ -14,7 +14,7 @@ from lsds.grip.evidence import SlipEvidence
 from lsds.grip.rising_load import RisingLoad
 from lsds.tactile.bridging import VelocityBridge
 from lsds.tactile.carried_load import LEAST_EVIDENCE_N, MEDIAN_FRAMES, CarriedLoad
-from lsds.tactile.soft_finger import speed_of
+from lsds.tactile.contact_load import speed_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

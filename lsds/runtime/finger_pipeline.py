@@ -2,19 +2,21 @@
 
     sensor -> gate -> reference, or: tracker -> field -> contact -> features -> detector -> estimator
 
-`FingerLine.take` is that line, in that order. Its state (reference, tracker, windows) is one finger's own.
+`FingerLine.take` is that line, in that order. Its state (reference, tracker, windows) is one finger's own. The imprint
+is a separate step: computed when a detector or estimator asks, timed and named by itself.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lsds.clock import nanoseconds
+from lsds.clock import nanoseconds, perf_ns
 from lsds.contracts import FingerCycle
-from lsds.errors import DataError, LsdsError, StaleData, raised_by
-from lsds.runtime.imprint_step import ImprintStep
+from lsds.errors import DataError, LsdsError, PluginError, StaleData, raised_by
+from lsds.runtime.histogram import LogHistogram
 from lsds.safety.validation import validated_detection, validated_estimate
 from lsds.tactile.gate import FrameGate, check_image
 from lsds.tactile.perception import Perception
@@ -23,6 +25,8 @@ from lsds.tactile.reference import ReferenceCollector, brightness
 if TYPE_CHECKING:
     from lsds.contracts import Frame, MarkerTracks
     from lsds.runtime.rig import Finger, Rig
+    from lsds.safety.device_calls import Call, Calls
+    from lsds.tactile.imprint.motion import ImprintMotion
 
 #: Minimum share of a recording's markers that the tracker follows unless the gel has leapt; chosen.
 LEAST_FOLLOWED = 0.5
@@ -159,3 +163,24 @@ class FingerLine:
         self.gate.good(now_ns)
         if self._reference.add(frame):
             self.perception.start(self._reference.frames)
+
+
+class ImprintStep:
+    """Marks, times and names the computation of one finger's imprint. `durations_ns` counts one entry a frame."""
+
+    def __init__(self, calls: Calls, call: Call) -> None:
+        self._calls, self._call = calls, call
+        self.durations_ns = LogHistogram()
+
+    def __call__(self, compute: Callable[[], ImprintMotion | None]) -> ImprintMotion | None:
+        """Return the imprint's motion. Raises PluginError that names the imprint, for anything unexpected."""
+        started = perf_ns()
+        try:
+            return self._calls.make(self._call, compute)
+        except LsdsError:
+            raise
+        except Exception as error:
+            problem = f"{self._call.who} raised {type(error).__name__}: {error}"
+            raise PluginError(f"{problem} (a bug in lsds; lsds --debug shows where)") from error
+        finally:
+            self.durations_ns.add((perf_ns() - started,))

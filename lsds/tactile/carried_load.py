@@ -1,6 +1,11 @@
 """The load that a grip carries since it began: the mean over the fingers, in N.
 
-Force and torque are combined into one equivalent force (`lsds.tactile.soft_finger`).
+Force and torque are combined into one equivalent force (`lsds.tactile.contact_load`).
+
+The reach of a contact says how far a round object can slip along the load before it leaves its contact. An object that
+slips carries its contact along. Between flat or straight surfaces the contact stays as large as it is. A sphere that
+slips by the radius of its contact lies next to its dent, and the fingers squeeze it out, whatever their force. So slip
+is measured against the half-length of the contact in the direction of the load.
 """
 
 from __future__ import annotations
@@ -11,12 +16,14 @@ from collections.abc import Sequence
 from statistics import fmean, median
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lsds.clock import nanoseconds
-from lsds.tactile.contact_reach import reach_of
-from lsds.tactile.soft_finger import pull_of
+from lsds.tactile.contact_load import pull_of
 
 if TYPE_CHECKING:
-    from lsds.contracts import ContactLoad, FingerCycle
+    from lsds.contracts import ContactLoad, ContactPatch, FingerCycle
+    from lsds.contracts.values import Vector2
 
 REMEMBERED_S = 1.0
 """Time over which the maximum load is kept, s: a braking arm reduces the load only briefly."""
@@ -31,7 +38,7 @@ MEDIAN_FRAMES = 3
 class CarriedLoad:
     """`now_n` is the newest load per finger, NaN if unknown.
 
-    `reach_m` is the least reach of a finger's contact along its load (`lsds.tactile.contact_reach`), NaN if unknown.
+    `reach_m` is the least reach of a finger's contact along its load (`reach_of`), NaN if unknown.
     `stale` is true if some finger measures no load now, so that its last one is used. `normal_n` is the maximum normal
     force per finger, NaN if no finger estimates one.
     """
@@ -84,3 +91,18 @@ class CarriedLoad:
         carried = load.since(self._zero[name])
         self._last.setdefault(name, deque(maxlen=MEDIAN_FRAMES)).append(pull_of(carried))
         self._reach_m[name] = reach_of(finger.observation.contact, carried.shear_n)
+
+
+def reach_of(contact: ContactPatch | None, along: Vector2) -> float:
+    """Return the half-length (m) of a contact along a direction: twice the RMS distance of its pixels from their mean.
+
+    This is the radius of a disc. NaN without contact, without a direction, or if the size of a pixel is not known.
+    """
+    length = math.hypot(*along)
+    if contact is None or not length > 0:
+        return math.nan
+    row, column = np.nonzero(contact.depth_m > contact.threshold_m)
+    if not len(row):
+        return math.nan
+    at = (along[0] * column + along[1] * row) * (contact.pitch_m / length)
+    return 2 * float(at.std())

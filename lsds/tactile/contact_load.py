@@ -1,8 +1,20 @@
-"""Load of a finger: shear force and torque of the contact, from the displacement of the markers.
+"""Load of a finger: shear force, torque and normal force of the contact, and the force that is equivalent to them.
 
-A gel layer that is thin compared with the contact resists shear like a bed of springs: traction = (G / h) u, with shear
-modulus G, thickness h and displacement u. Over a regular grid of markers the force is the sum of their displacements
-times (G / h) and the area of a grid cell. In simulation, round and flat contacts differ by some 12 % from the mean.
+Shear: a gel layer that is thin compared with the contact resists shear like a bed of springs: traction = (G / h) u,
+with shear modulus G, thickness h and displacement u. Over a regular grid of markers the force is the sum of their
+displacements times (G / h) and the area of a grid cell. In simulation, round and flat contacts differ by some 12 % from
+the mean.
+
+Normal force: for an object that does not cover the pad, the overlap volume V of gel and object and the contact area A
+determine it, from a ball to a cylinder: N = c A^0.58 V^0.75. The constants were fitted on 14 objects in three simulated
+gels. In leave-one-out validation the error is 8 % RMS, and 35 % for small balls at a light touch. There is no estimate
+for soft objects, nor for flat faces that cover the pad and so leave no imprint.
+
+Equivalent force: a soft finger holds a force F and a torque M about its normal while (F / F0)^2 + (M / (c F0))^2 < 1,
+with the friction limit F0 of a pure force (Howe and Cutkosky's ellipse for the limit surface). So sqrt(F^2 + (M / c)^2)
+replaces the force, and v + c |w| the speed. The arm c follows from the pressure distribution: 0.59 a for a round
+contact of radius a, L / 4 for a line. One value serves all objects: that of a pipe or a plank (5.2 mm when these turn
+in the simulated grip). An error of c weights force and torque wrongly, but cancels if the same load slips again.
 """
 
 from __future__ import annotations
@@ -16,7 +28,7 @@ from lsds.contracts.values import ContactLoad
 from lsds.tactile.plane_motion import as_complex
 
 if TYPE_CHECKING:
-    from lsds.contracts import DeformationField
+    from lsds.contracts import ContactPatch, DeformationField, SlipEstimate
 
 SHEAR_SHARE = 0.12
 """Relative standard deviation of the load between objects."""
@@ -24,6 +36,22 @@ DOT_M = 2e-6
 """Standard deviation of one marker's displacement, m."""
 LEAST_VALID_SHARE = 0.5
 """Minimum share of valid markers; with fewer, no load is estimated."""
+FORCE_SCALE = 3.82e8
+"""Factor c, for areas in m^2, volumes in m^3, forces in N and the modulus of a GelSight Mini's gel; fitted."""
+AREA_EXPONENT = 0.583
+"""Exponent of the contact area; fitted."""
+VOLUME_EXPONENT = 0.748
+"""Exponent of the overlap volume; fitted."""
+NORMAL_STD_SHARE = 0.15
+"""Relative standard deviation of the estimate."""
+LEAST_PRESSED_SHARE = 0.03
+"""Minimum share of the pad in contact; a smaller contact has no estimate."""
+SMALL_SHARE = 0.05
+"""Share of the pad below which a deep contact is that of a soft object and has no estimate."""
+DEEP_M = 2.5e-4
+"""Mean depth above which a contact is deep, m."""
+FRICTION_ARM_M = 5e-3
+"""Arm c of friction against turning."""
 
 
 def load_of(
@@ -56,3 +84,29 @@ def load_of(
         math.hypot(noise_n * arm_m, SHEAR_SHARE * torque),
         *(normal or ()),
     )
+
+
+def normal_force_of(contact: ContactPatch | None, pad_m2: float) -> tuple[float, float] | None:
+    """Return normal force and one sigma (N) from the contact patch on a pad of `pad_m2`; None without an estimate."""
+    if contact is None or contact.area_fraction < LEAST_PRESSED_SHARE:
+        return None
+    area_m2, volume_m3 = contact.area_fraction * pad_m2, float(contact.depth_m.clip(min=0.0).mean()) * pad_m2
+    if contact.area_fraction < SMALL_SHARE and volume_m3 > DEEP_M * area_m2:
+        return None
+    force_n = FORCE_SCALE * area_m2**AREA_EXPONENT * volume_m3**VOLUME_EXPONENT
+    return force_n, NORMAL_STD_SHARE * force_n
+
+
+def pull_of(load: ContactLoad) -> float:
+    """Return the equivalent force (N): the pure force that is equally near to the friction limit."""
+    return math.hypot(load.force_n, load.torque_nm / FRICTION_ARM_M)
+
+
+def speed_of(estimate: SlipEstimate) -> tuple[float, float]:
+    """Return the equivalent slip speed, rotation included, and one sigma (m/s); NaN if the estimator abstains."""
+    speed, std = estimate.speed_m_s, estimate.speed_std_m_s
+    if math.isfinite(estimate.angular_rad_s):
+        speed += FRICTION_ARM_M * abs(estimate.angular_rad_s)
+    if math.isfinite(estimate.angular_std_rad_s):
+        std = math.hypot(std, FRICTION_ARM_M * estimate.angular_std_rad_s)
+    return speed, std

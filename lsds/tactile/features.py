@@ -2,6 +2,9 @@
 
 Nearly all are linear in the displacements, so one matrix product per frame yields them. Rates divide by the measured
 interval. An undefined feature, such as a rate on the first frame, is NaN, never zero.
+
+The entropy is Shannon's, of the histogram of displacement norms (Yuan 2015, Hu 2023) with fixed bins. Bins are `BIN_M`
+wide from zero; the last of `ENTROPY_BINS` is open. Natural logarithm: H lies in [0, log(number of markers)].
 """
 
 from __future__ import annotations
@@ -13,7 +16,6 @@ import numpy as np
 
 from lsds.contracts import FeatureVector
 from lsds.tactile.differential import gradient_operators
-from lsds.tactile.entropy import displacement_entropy
 from lsds.tactile.feature_sets import NAMES
 from lsds.tactile.lost_markers import fill_lost
 from lsds.tactile.plane_motion import as_complex
@@ -25,6 +27,13 @@ if TYPE_CHECKING:
 
 #: Minimum share of the reference's markers that must be valid; with fewer, the field's features are undefined.
 LEAST_VALID = 0.5
+#: Width of a bin, m: half a pixel of the GelSight Mini (0.0625 mm per pixel).
+BIN_M = 31.25e-6
+#: Number of bins.
+ENTROPY_BINS = 64
+#: Counts whose n log n is tabulated; a dense tracker has up to 60 x 80 points.
+_COUNTS = np.arange(1, 8193)
+_N_LOG_N = np.concatenate([[0.0], _COUNTS * np.log(_COUNTS)])
 
 
 class FeatureExtractor:
@@ -169,3 +178,13 @@ def _velocity(field: DeformationField, now: _Shape, last: _Shape) -> tuple[float
     velocity = velocity[both]
     v_x, v_y = velocity.mean(axis=0).tolist()
     return v_x, v_y, float(np.hypot(velocity[:, 0], velocity[:, 1]).mean())
+
+
+def displacement_entropy(magnitude_m: NDArray[np.float64]) -> float:
+    """Return H in nats of displacement norms (N,), all finite; NaN for none. H = log N - (1/N) sum n log n."""
+    count = len(magnitude_m)
+    if not count:
+        return np.nan
+    bins = np.minimum(magnitude_m * (1.0 / BIN_M), ENTROPY_BINS - 1).astype(np.intp)
+    occupied = np.bincount(bins, minlength=ENTROPY_BINS)
+    return max(0.0, math.log(count) - float(_N_LOG_N[occupied].sum()) / count)

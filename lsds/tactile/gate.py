@@ -18,8 +18,7 @@ import numpy as np
 from lsds.clock import nanoseconds, seconds
 from lsds.errors import DataError, SafetyStop
 from lsds.safety.monitors import Freshness
-from lsds.tactile.frozen_part import FrozenPart
-from lsds.tactile.unrest import Unrest
+from lsds.tactile.tile_watch import FrozenPart, Unrest
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

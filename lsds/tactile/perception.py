@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING
 from lsds.contracts import Observation
 from lsds.safety.validation import validated_tracks
 from lsds.tactile.compiled import use_compiled
-from lsds.tactile.contact_load import load_of
+from lsds.tactile.contact_load import load_of, normal_force_of
 from lsds.tactile.depth import DepthEstimator
 from lsds.tactile.features import FeatureExtractor
 from lsds.tactile.field import FieldBuilder
 from lsds.tactile.gate import check_image
 from lsds.tactile.imprint.motion import ImprintFollower, Step
-from lsds.tactile.normal_force import normal_force_of
 from lsds.tactile.reference import average_frames
 from lsds.tactile.slip_residual import EvidenceBasis, SlipEvidence
 from lsds.tactile.views import Viewer

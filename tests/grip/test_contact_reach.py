@@ -12,7 +12,7 @@ from lsds_plugins.controllers.belief import BeliefController, BeliefOptions
 
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext, ContactPatch, GripEstimate
-from lsds.tactile.contact_reach import reach_of
+from lsds.tactile.carried_load import reach_of
 
 PITCH_M = 2.5e-4
 

@@ -14,8 +14,8 @@ from lsds.contracts import ContactPatch
 from lsds.errors import ConfigError
 from lsds.grip.fragile import HARDEST_OBJECT_N_M, SAFE, Bearing, allowed_squeeze_m
 from lsds.session.run import run
+from lsds.tactile.contact_load import normal_force_of
 from lsds.tactile.contact_place import edge_of, off_centre
-from lsds.tactile.normal_force import normal_force_of
 
 PAD_M2 = 3e-4
 positive = st.floats(1e-4, 50)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from lsds.contracts import ABSTAINED, ContactLoad
 from lsds.session.run import run
 from lsds.tactile.carried_load import CarriedLoad
-from lsds.tactile.soft_finger import FRICTION_ARM_M, pull_of, speed_of
+from lsds.tactile.contact_load import FRICTION_ARM_M, pull_of, speed_of
 
 number = st.floats(-50, 50)
 

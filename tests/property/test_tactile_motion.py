@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tactile.scenes import affine
 
-from lsds.tactile.entropy import displacement_entropy
+from lsds.tactile.features import displacement_entropy
 from lsds.tactile.motion_fit import fit_affine
 from lsds.tactile.plane_motion import Points, as_complex, smooth_basis
 

@@ -125,14 +125,24 @@ def test_an_empty_image_has_no_motion_in_either() -> None:
     scale=st.sampled_from([2, 4, 8, 16]),
     size=st.sampled_from([(120, 160), (128, 160), (96, 128), (75, 100), (121, 160)]),
 )
+@example(seed=2472, scale=8, size=(120, 160)).via("a pixel at the threshold")
 def test_depth_and_contact_are_the_same(seed: int, scale: int, size: tuple[int, int]) -> None:
     frames = [noise(size, seed), noise(size, seed + 1)]
     portable, fast = (
         DepthEstimator(frames[0], METRES_PER_PX, scale=scale, compiled=kind).measure(frames[1])
         for kind in (False, True)
     )
-    assert fast.depth_m == pytest.approx(portable.depth_m, abs=1e-4 * float(np.ptp(portable.depth_m)))
-    assert fast.area_fraction == pytest.approx(portable.area_fraction, abs=2e-3)
+    wide = 1e-4 * float(np.ptp(portable.depth_m))
+    zero = float(np.median(fast.depth_m - portable.depth_m))
+    assert fast.depth_m - zero == pytest.approx(portable.depth_m, abs=wide)
+    # A pixel that is as deep as the threshold, but for rounding, is free of contact in one of them only. The zero is a
+    # quantile of the free pixels, so it may then be the next pixel's depth.
+    ranked = np.sort(portable.depth_m, axis=None)
+    above, below = ranked[ranked > wide], ranked[ranked < -wide]
+    next_m = max(above.min(initial=np.inf), -below.max(initial=-np.inf)) if above.size and below.size else 0.0
+    assert abs(zero) <= next_m + wide
+    # Such a zero also moves the contact's edge, by about one pixel's area.
+    assert fast.area_fraction == pytest.approx(portable.area_fraction, abs=2e-3 + (abs(zero) > wide) / ranked.size)
 
 
 def test_the_option_chooses(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,8 +8,8 @@ import pytest
 from lsds.contracts import Frame, SensorSpec
 from lsds.errors import SafetyStop
 from lsds.safety.guard import SafetyOptions
-from lsds.tactile.frozen_part import LEAST_REPEATS, FrozenPart
 from lsds.tactile.gate import FrameGate
+from lsds.tactile.tile_watch import LEAST_REPEATS, FrozenPart
 
 MS = 1_000_000
 HALF = np.s_[:, :160]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lsds.tactile.unrest import UNREST_FRAMES, Unrest
+from lsds.tactile.tile_watch import UNREST_FRAMES, Unrest
 
 
 def image(rng, noise):

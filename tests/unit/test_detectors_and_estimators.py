@@ -16,8 +16,7 @@ from tactile.scenes import affine, make_reference, observation, positions_m
 
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext
-from lsds.tactile.contact_markers import ContactMarkers
-from lsds.tactile.slip_residual import confidence, slip_residual
+from lsds.tactile.slip_residual import ContactMarkers, confidence, slip_residual
 
 CONTEXT = BuildContext(VirtualClock(), 0)
 REFERENCE = make_reference()
