@@ -219,9 +219,13 @@ def _card(path: Path, job: str) -> tuple[Card, dict[str, Any]]:
             fields.get("real"),
         )
         signal_names(card.signals)
-        complete = all(len(factors) == 4 for factors in card.factors)
-        if not (card.length >= 1 and 0 <= card.threshold <= 1 and complete):
-            raise ValueError("length, threshold or intervals are out of range")
+        if card.length < 1:
+            raise ValueError(f"length is {card.length}; it must be at least 1")
+        if not 0 <= card.threshold <= 1:
+            raise ValueError(f"threshold is {card.threshold:g}; it must be from 0 to 1")
+        for factors in card.factors:
+            if len(factors) != 4:
+                raise ValueError(f"intervals have {len(factors)} factors; each needs 4")
         if not all(0 < factor < math.inf for factors in card.factors for factor in factors):
             raise ValueError("intervals must be positive factors")
     except (KeyError, TypeError, ValueError) as error:

@@ -73,5 +73,7 @@ def sample(seed: int) -> list[tuple[str, str, int, str]]:
 
 
 if __name__ == "__main__":
+    if not all(argument.isdecimal() for argument in sys.argv[1:]):
+        sys.exit("usage: python -m tests.house_rules.sample [SEED]")
     for kind, name, line, text in sample(int(sys.argv[1]) if len(sys.argv) > 1 else 0):
         print(f"--- {kind} {name}:{line}\n{text}\n")

@@ -64,8 +64,8 @@ class Picture:
         need = (self.width, self.height) if self.turn % 180 == 0 else (self.height, self.width)
         if inner.shape[1] < need[0] / 2 or inner.shape[0] < need[1] / 2:
             raise DataError(
-                f"the camera gives {columns} x {rows} px, of which {inner.shape[1]} x {inner.shape[0]} are left after "
-                f"cutting, for a result of {need[0]} x {need[1]} (cut less, or let the camera give more)"
+                f"the image has {inner.shape[1]} x {inner.shape[0]} px after cropping ({columns} x {rows} from the "
+                f"camera), too few for {need[0]} x {need[1]}: crop less, or raise the camera's resolution"
             )
         if (inner.shape[1], inner.shape[0]) != need:
             shrinking = inner.shape[1] > need[0] and inner.shape[0] > need[1]

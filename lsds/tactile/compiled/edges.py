@@ -1,4 +1,4 @@
-"""Compiled choice of a relief's edges: `lsds.tactile.imprint.layers.Edges` without planes for the gradients."""
+"""Compiled choice of a relief's edges, as `lsds.tactile.imprint.layers.Edges` makes it, without gradient images."""
 
 from __future__ import annotations
 

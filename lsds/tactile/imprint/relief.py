@@ -60,7 +60,7 @@ class ReliefMaker:
     """Makes reliefs by a photometric calibration. Compiled functions share a buffer: use it from one thread."""
 
     def __init__(self, calibration: PhotometricCalibration | None = None, *, compiled: bool = False) -> None:
-        """`compiled` is whether compiled functions make them: of a frame, and of all that follows from its relief."""
+        """If `compiled`, compiled functions compute the reliefs and everything that follows from them."""
         inverse = (calibration or PhotometricCalibration()).inverse() * CALIBRATED_LIGHT
         # The relative light is 1 without slope. The last column subtracts the contribution of this 1.
         self._slopes = [np.array([[*shares, -shares.sum()]], np.float32) for shares in inverse.T]

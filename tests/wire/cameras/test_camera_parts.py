@@ -216,7 +216,7 @@ def test_cut_turn_flip_and_colours():
 def test_a_cropped_stream_is_distinguished():
     with served(gelsight(width=320, height=240)) as addresses:
         camera = sensor(addresses["http"], border=0.45, connect_timeout_s=0.6)
-        with pytest.raises(ConnectFailed, match="cut less"):
+        with pytest.raises(ConnectFailed, match="crop less"):
             camera.connect()
         camera.close()
 

@@ -50,7 +50,10 @@ def pad_classes(hats: HatGrid, poisson: float, mesh: Mesh, progress: Progress) -
 
 
 def _hats(edges: NDArray[np.float64], count: int, pitch: float, odd: bool) -> NDArray[np.float64]:
-    """Return the loads (count // 2 + 1, nodes) of hats from the middle to the wall, each with its mirror image."""
+    """Return the load vectors (count // 2 + 1, nodes) of the hat functions, from the pad's middle to its wall.
+
+    Each is the sum with its mirror image, or if `odd` the difference from it.
+    """
     rows = []
     for place in (np.arange(count // 2 + 1) + 0.5 * (count % 2)) * pitch:
         own = hat(edges, place, pitch)

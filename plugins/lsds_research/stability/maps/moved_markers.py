@@ -1,4 +1,4 @@
-"""A gel with markers whose image moves as a whole, and trackers that follow it: shipped ones and naive ones."""
+"""Stability map: the image of a gel with markers moves as a whole; shipped trackers and naive ones follow it."""
 
 from __future__ import annotations
 
