@@ -88,6 +88,7 @@ class GripBelief:
         self._greatest = -math.inf
         self._drifted_s = self._changed_s = 0.0
         self._last_f = self._last_s = math.nan
+        self._unmeasured_s = 0.0
 
     @property
     def slips(self) -> float:
@@ -113,10 +114,11 @@ class GripBelief:
     ) -> None:
         """Take a round: load (N a finger), squeeze at the time of its frames (mm), and the detector's evidence, a
         log-likelihood ratio of slide against stick. `stands`: the arm waits, the object may stand on its support.
-        `moved_mm`: by how much the arm has moved at most since the last round."""
+        `moved_mm`: by how much the arm has moved at most since the load before."""
         ln_f, ln_g = math.log(max(load_n, LOAD_RANGE_N[0])), self.options.power * math.log(squeeze_mm)
         changed = not abs(squeeze_mm - self._last_s) < 0.02 * squeeze_mm
-        rate = (ln_f - self._last_f) / dt_s if math.isfinite(self._last_f) and dt_s > 0 else 0.0
+        since_s, self._unmeasured_s = dt_s + self._unmeasured_s, 0.0
+        rate = (ln_f - self._last_f) / since_s if math.isfinite(self._last_f) and since_s > 0 else 0.0
         before_n = math.exp(self._last_f) if math.isfinite(self._last_f) else math.nan
         self._last_f, self._last_s = ln_f, squeeze_mm
         slid = self.slips
@@ -179,9 +181,16 @@ class GripBelief:
         total = float((self.stick @ share).sum() + (self.slide @ share).sum())
         self.stick, self.slide = self.stick * (share / total), self.slide * (share / total)
 
-    def weigh(self, evidence: float, dt_s: float) -> None:
-        """Take the detector's evidence of a round in which no load is known."""
-        self._drift(dt_s, changed=False)
+    def weigh(self, evidence: float, squeeze_mm: float, dt_s: float, stands: bool = False) -> None:
+        """Take the detector's evidence of a round in which no load is measured, as `update` does. The squeeze is NaN if
+        it is not known. Whether friction stops an object is known only if its load was."""
+        known = math.isfinite(squeeze_mm)
+        self._drift(dt_s, known and not abs(squeeze_mm - self._last_s) < 0.02 * squeeze_mm)
+        self._unmeasured_s += dt_s
+        if known:
+            self._last_s = squeeze_mm
+            if math.isfinite(self._last_f):
+                self._stop(self.options.power * math.log(squeeze_mm), dt_s, stands)
         self._weigh(evidence)
 
     def squeeze_mm(self, risk: float, margin: float, ahead_n: float, braking: float = 1.0) -> float:

@@ -63,7 +63,7 @@ class GripObserver:
         self.load, self._evidence = CarriedLoad(), SlipEvidence(self._answer_s)
         self._bridge = VelocityBridge(WALK_M_S, WALK_RAD_S)
         self._counted: dict[str, int] = {}
-        self._round_s = 0.0
+        self._round_s = self._unmeasured_s = 0.0
         self._speeds: deque[tuple[int, float]] = deque()
         self._touch_m = self._squeeze_m = self._before_n = math.nan
         self._changed_ns = -nanoseconds(1.0)
@@ -119,21 +119,26 @@ class GripObserver:
         if len(self._normals) < MEDIAN_FRAMES:
             self._see_normal(load.normal_n, squeeze_m, settled=rests_s > SETTLES_S)
         limit_n, limit_std_n, rising_m = math.nan, math.nan, 0.0
-        if not math.isfinite(load_n) or not math.isfinite(squeeze_m):
-            self.belief.weigh(self._evidence.take(seen.detection, estimate, rests_s), round_s)
+        stands = supported and not speed_m_s > 0
+        if not load.fresh or not math.isfinite(squeeze_m):
+            # The last load measured is no new evidence.
+            evidence = self._evidence.take(seen.detection, estimate, rests_s)
+            self.belief.weigh(evidence, 1e3 * squeeze_m, round_s, stands)
+            self._unmeasured_s += round_s
         elif load_n > LEAST_EVIDENCE_N:
-            if math.isfinite(self._before_n) and round_s > 0:
-                rate = (load_n - self._before_n) / round_s
+            since_s, self._unmeasured_s = round_s + self._unmeasured_s, 0.0
+            if math.isfinite(self._before_n) and since_s > 0:
+                rate = (load_n - self._before_n) / since_s
             self._before_n = load_n
-            moved_mm = 1e3 * round_s * arm_m_s if round_s > 0 else 0.0
-            stands = supported and not speed_m_s > 0
+            moved_mm = 1e3 * since_s * arm_m_s if since_s > 0 else 0.0
             evidence = self._evidence.take(seen.detection, estimate, rests_s)
             self.belief.update(load_n, 1e3 * squeeze_m, round_s, evidence, stands, moved_mm)
-            limit_n, limit_std_n = self.belief.limit_n(1e3 * squeeze_m)
             if supported or self.belief.slips > SLIPPED:
                 self._rising.forget()
             else:
                 rising_m = self._rising.required_m(seen.t_ns, load_n, squeeze_m, self._answer_s, speed_m_s)
+        if load_n > LEAST_EVIDENCE_N and math.isfinite(squeeze_m):
+            limit_n, limit_std_n = self.belief.limit_n(1e3 * squeeze_m)
         return {
             "touch_m": self._touch_m,
             "squeeze_m": squeeze_m,

@@ -39,13 +39,14 @@ class CarriedLoad:
     """`now_n` is the newest load per finger, NaN if unknown.
 
     `reach_m` is the least reach of a finger's contact along its load (`reach_of`), NaN if unknown.
-    `stale` is true if some finger measures no load now, so that its last one is used. `normal_n` is the maximum normal
+    `stale` is true if some finger measures no load now, so that its last one is used, and `fresh` if some finger does
+    measure one. `normal_n` is the maximum normal
     force per finger, NaN if no finger estimates one.
     """
 
     def __init__(self) -> None:
         self.now_n = self.normal_n = self.reach_m = math.nan
-        self.stale = False
+        self.stale = self.fresh = False
         self._began_ns: int | None = None
         self._zero: dict[str, ContactLoad] = {}
         self._reach_m: dict[str, float] = {}
@@ -68,7 +69,7 @@ class CarriedLoad:
                 self._take(finger, load, t_ns)
         self.reach_m = min(filter(math.isfinite, self._reach_m.values()), default=math.nan)
         self.normal_n = max(filter(math.isfinite, normals), default=math.nan)
-        self.stale = not self._last.keys() <= measured
+        self.stale, self.fresh = not self._last.keys() <= measured, bool(measured)
         if not self._last:
             return
         self.now_n = fmean(loads[-1] for loads in self._last.values())

@@ -25,10 +25,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lsds.contracts.values import ContactLoad
+from lsds.tactile.lost_markers import fill_lost
 from lsds.tactile.plane_motion import as_complex
 
 if TYPE_CHECKING:
     from lsds.contracts import ContactPatch, DeformationField, SlipEstimate
+    from lsds.tactile.lost_markers import FilledField
 
 SHEAR_SHARE = 0.12
 """Relative standard deviation of the load between objects."""
@@ -55,11 +57,17 @@ FRICTION_ARM_M = 5e-3
 
 
 def load_of(
-    field: DeformationField, metres_per_px: float, shear_n_m3: float, normal: tuple[float, float] | None = None
+    field: DeformationField,
+    metres_per_px: float,
+    shear_n_m3: float,
+    normal: tuple[float, float] | None = None,
+    filled: FilledField | None = None,
 ) -> ContactLoad | None:
     """Return the force and torque that the object exerts on the gel since the reference; None with too few markers.
 
     `shear_n_m3` is (G / h), in the config `tactile.shear_kpa_mm`. `normal` is the normal force and its one sigma (N).
+    `filled` is the field without holes (`fill_lost`), if the caller knows it: a press spreads the markers, so that the
+    mean of those that are left says little of the lost ones.
 
     Pressing alone spreads the markers. Off the pad's centre this looks like shear, so subtract the load of a frame in
     which the grip has settled and nothing is lifted (`ContactLoad.since`).
@@ -69,14 +77,17 @@ def load_of(
     if known < max(LEAST_VALID_SHARE * count, 3):
         return None
     pitch_x, pitch_y = field.reference.pitch_px
-    # A lost marker counts as the mean of the others.
-    per_m = shear_n_m3 * pitch_x * pitch_y * metres_per_px**2 * count / known
-    moved, at = as_complex(field.displacement_m)[valid], as_complex(field.position_m)[valid]
+    per_m = shear_n_m3 * pitch_x * pitch_y * metres_per_px**2
+    displacement_m, scatter_m = field.displacement_m, 0.0
+    if known < count:
+        filled = filled or fill_lost(field)
+        displacement_m, scatter_m = filled.displacement_m, filled.scatter_m
+    moved, at = as_complex(displacement_m), as_complex(field.position_m)
     total = complex(moved.sum())
     x, y = per_m * total.real, per_m * total.imag
     torque = per_m * float(np.vdot(at, moved).imag)
-    noise_n = per_m * DOT_M * math.sqrt(known)
-    arm_m = math.sqrt(float(np.vdot(at, at).real) / known)
+    noise_n = per_m * math.hypot(DOT_M * math.sqrt(count), scatter_m * math.sqrt(count - known))
+    arm_m = math.sqrt(float(np.vdot(at, at).real) / count)
     return ContactLoad(
         (x, y),
         torque,

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds.contracts import ContactPatch, DeformationField, MarkerReference
+    from lsds.tactile.lost_markers import FilledField
 
 #: Minimum share of the reference's markers that must be valid; with fewer, the field's features are undefined.
 LEAST_VALID = 0.5
@@ -54,12 +55,17 @@ class FeatureExtractor:
         self._last_area = math.nan
         self._last_theta = math.nan
 
-    def extract(self, field: DeformationField, contact: ContactPatch | None) -> FeatureVector:
-        """Return all features of the frame, in the order of `feature_sets.NAMES`."""
+    def extract(
+        self, field: DeformationField, contact: ContactPatch | None, filled: FilledField | None = None
+    ) -> FeatureVector:
+        """Return all features of the frame, in the order of `feature_sets.NAMES`.
+
+        `filled` is the field without holes (`fill_lost`), if the caller knows it.
+        """
         if self._operators is None or self._operators.reference is not field.reference:
             self._operators = _Operators(field.reference, field.position_m)
         dt = field.dt_s
-        now = self._operators.shape(field)
+        now = self._operators.shape(field, filled)
         last = self._last if self._last is not None else _UNDEFINED
         v_x, v_y, mean_speed = _velocity(field, now, last)
         theta = math.atan2(v_y, v_x) if v_x or v_y else math.nan
@@ -149,14 +155,15 @@ class _Operators:
             np.vstack([mean, divergence.sum(axis=0), curl.sum(axis=0), div_affine, curl_affine])
         )
 
-    def shape(self, field: DeformationField) -> _Shape:
+    def shape(self, field: DeformationField, filled: FilledField | None) -> _Shape:
         valid, affine = field.valid, None
         seen = whole = field.displacement_m
         complete = bool(valid.all())
         if not complete:
             if np.count_nonzero(valid) < max(3, LEAST_VALID * self.count):
                 return _UNDEFINED
-            whole, affine = fill_lost(field)
+            filled = filled or fill_lost(field)
+            whole, affine = filled.displacement_m, filled.affine
             seen = field.displacement_m[valid]
         norm = np.abs(as_complex(seen))
         linear = (self._rows @ whole.ravel()).tolist()

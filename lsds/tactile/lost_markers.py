@@ -5,7 +5,7 @@ The result is exact for affine fields, whichever markers are lost: divergence an
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -17,15 +17,27 @@ if TYPE_CHECKING:
     from lsds.contracts import DeformationField
 
 
-def fill_lost(field: DeformationField) -> tuple[NDArray[np.float64], AffineMotion | None]:
-    """Return displacements (N, 2) without holes, and the affine motion of the valid markers (None if degenerate)."""
+class FilledField(NamedTuple):
+    """Displacements (N, 2) without holes, in m, and the affine motion of the valid markers, None if degenerate.
+
+    `scatter_m` is the RMS deviation of the valid markers from that motion, along one axis.
+    """
+
+    displacement_m: NDArray[np.float64]
+    affine: AffineMotion | None
+    scatter_m: float
+
+
+def fill_lost(field: DeformationField) -> FilledField:
+    """Return the field with its holes filled."""
     valid = field.valid
     seen, lost = np.flatnonzero(valid), np.flatnonzero(~valid)
     affine = fit_affine(field.position_m[seen], field.displacement_m[seen])
     filled = field.displacement_m.copy()
     if affine is None:
-        filled[lost] = field.displacement_m[seen].mean(axis=0) if len(seen) else 0.0
-        return filled, None
+        mean = field.displacement_m[seen].mean(axis=0) if len(seen) else np.zeros(2)
+        filled[lost] = mean
+        return FilledField(filled, None, float(np.std(field.displacement_m[seen] - mean)) if len(seen) else 0.0)
     offset = field.position_m[lost] - affine.centre
     filled[lost] = affine.translation + offset @ affine.gradient.T
     cell = field.reference.cell
@@ -33,4 +45,4 @@ def fill_lost(field: DeformationField) -> tuple[NDArray[np.float64], AffineMotio
     adjacent = (distance == 1).astype(float)
     neighbours = adjacent.sum(axis=1)
     filled[lost] += (adjacent @ affine.residual) / np.maximum(neighbours, 1)[:, None]
-    return filled, affine
+    return FilledField(filled, affine, float(np.sqrt(np.mean(np.square(affine.residual)))))

@@ -17,6 +17,7 @@ from lsds.tactile.features import FeatureExtractor
 from lsds.tactile.field import FieldBuilder
 from lsds.tactile.gate import check_image
 from lsds.tactile.imprint.motion import ImprintFollower, Step
+from lsds.tactile.lost_markers import fill_lost
 from lsds.tactile.reference import average_frames
 from lsds.tactile.slip_residual import EvidenceBasis, SlipEvidence
 from lsds.tactile.views import Viewer
@@ -107,10 +108,12 @@ class Perception:
         tracks = validated_tracks(self._tracker_name, self._tracker.update(frame), count, frame.seq)
         field = self._field.build(tracks)
         contact = self._depth.measure(frame)
-        features = self._features.extract(field, contact)
+        filled = None if field.valid.all() else fill_lost(field)
+        features = self._features.extract(field, contact, filled)
         evidence = SlipEvidence(field, contact, self._basis)
         imprint = self._imprint.follow(frame, field)
-        load = load_of(field, self.metres_per_px, self._shear_n_m3, normal_force_of(contact, self._pad_m2))
+        normal = normal_force_of(contact, self._pad_m2)
+        load = load_of(field, self.metres_per_px, self._shear_n_m3, normal, filled)
         lost = 0.0 if self._followed is None else float((self._followed & ~tracks.valid).mean())
         self._followed = tracks.valid
         shown = Observation(

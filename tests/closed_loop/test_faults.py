@@ -225,3 +225,14 @@ def test_the_page_of_faults_lists_the_catalogue():
     for entry in CATALOGUE:
         levels = ", ".join(f"{level:g}" for level in entry.levels) + f" {entry.unit}" if entry.levels else "-"
         assert f"| `{entry.name}` | {entry.summary} | {levels} |" in page
+
+
+def test_lost_markers_do_not_close_the_fingers_step_by_step():
+    """With half of the markers lost, a load is measured in some frames only; one not measured is no evidence of a slide."""
+    lost = '[{backend = "tracker-loses", at = "slip", severity = 3}]'
+    keys = ["task.lift_s=1.2", "task.hold_s=0.8", "seed=10", "sensor.mock-gelsight-mini.gel=10"]
+    plain, faulty = run(None, keys), run(None, [*keys, f"faults={lost}"])
+    peaks_n = [max(truth.normal_force_n for truth in session.truths) for session in (plain, faulty)]
+    assert not faulty.truths[-1].dropped
+    # Before, it was 6 times as much.
+    assert peaks_n[1] < 2 * peaks_n[0]

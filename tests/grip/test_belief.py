@@ -262,3 +262,23 @@ def test_the_compiled_belief_is_the_same(frames):
         assert needs[1] == pytest.approx(needs[0], rel=1e-6)
         assert fast.slips == pytest.approx(portable.slips, rel=1e-6, abs=1e-12)
         assert fast.limit_n(squeeze_mm) == pytest.approx(portable.limit_n(squeeze_mm), rel=1e-6)
+
+
+def test_a_round_without_a_load_ends_a_slide_that_the_squeeze_stops_and_no_other():
+    slides = []
+    for squeeze_mm in (1.5, 4.0):
+        belief = GripBelief(OPTIONS, 0.105)
+        sliding(belief, 1.5)
+        for _ in range(6):
+            belief.weigh(0.0, squeeze_mm, FRAME_S)
+        slides.append(belief.slips)
+    # A heavier object goes on sliding: how heavy it is, the slide does not tell.
+    assert slides[0] > 0.75 > 0.6 > slides[1]
+
+
+def test_without_any_load_an_alarm_stays_an_alarm():
+    belief = GripBelief(OPTIONS, 0.105)
+    for evidence in (4.0, 2.0, 0.0, 0.0, 0.0):
+        belief.weigh(evidence, 2.0, FRAME_S)
+    assert belief.slips > 0.75
+    assert belief.stick.sum() + belief.slide.sum() == pytest.approx(1.0)

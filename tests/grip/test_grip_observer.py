@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import pytest
 from lsds_plugins.controllers.belief import BeliefController, BeliefOptions
 
 from lsds.clock import VirtualClock
-from lsds.contracts import ABSTAINED, BuildContext, Detection, GripEstimate, GripTask, SlipEstimate
+from lsds.contracts import ABSTAINED, BuildContext, ContactLoad, Detection, GripEstimate, GripTask, SlipEstimate
 from lsds.grip.observer import FALLS_M_S, GripObserver
 from lsds.grip.options import GripOptions
 
@@ -80,3 +81,38 @@ def test_a_slow_slide_is_answered_by_a_small_step_and_no_slide_by_more_than_its_
     assert squeezes_m == sorted(squeezes_m)
     assert squeezes_m[0] == pytest.approx(0.0021)
     assert squeezes_m[-1] == pytest.approx(0.002 * BeliefOptions().growth)
+
+
+def loads(frames: list[float | None]) -> list[GripEstimate]:
+    """Return what is believed after each frame of one finger; None: it measures no load."""
+    observer = GripObserver(GripOptions(), 0.12)
+    believed = []
+    for k, load_n in enumerate(frames):
+        load = None if load_n is None else ContactLoad((0.0, load_n), 0.0, 0.01, 0.001)
+        seen = SimpleNamespace(finger="sensor", observation=SimpleNamespace(t_ns=k * FRAME_NS, load=load, contact=None))
+        at = GripEstimate(
+            t_ns=k * FRAME_NS,
+            dt_s=0.04,
+            detection=Detection(None, math.nan, 0.75, math.nan),
+            estimate=ABSTAINED,
+            aperture_m=0.030,
+            touch_m=0.032,
+            fingers=(seen,),
+        )
+        believed.append(observer.update(at, speed_m_s=0.01))
+    return believed
+
+
+def test_a_load_that_is_not_measured_again_is_no_new_evidence():
+    known = [0.0, 0.5, 0.9, 1.0]
+    grips = loads([*known, *[None] * 8])
+    repeated = loads([*known, *[1.0] * 8])
+    assert [grip.load_n for grip in grips] == [grip.load_n for grip in repeated]
+    assert grips[-1].stale
+    # Friction limits that the last load left open stay open; a load that is measured again and again settles them.
+    assert grips[-1].limit_std_n > 0.9 * grips[3].limit_std_n > 0
+    assert math.isfinite(grips[-1].limit_n)
+
+
+def test_a_load_rises_over_the_time_since_it_was_measured():
+    assert loads([0.0, 0.5, None, None, 0.8])[-1].load_n_s == pytest.approx(0.3 / 0.12)
