@@ -228,7 +228,7 @@ def test_the_page_of_faults_lists_the_catalogue():
 
 
 def test_lost_markers_do_not_close_the_fingers_step_by_step():
-    """With half of the markers lost, a load is measured in some frames only; one not measured is no evidence of a slide."""
+    """With half of the markers lost, some frames give no load. That is no evidence of a slide."""
     lost = '[{backend = "tracker-loses", at = "slip", severity = 3}]'
     keys = ["task.lift_s=1.2", "task.hold_s=0.8", "seed=10", "sensor.mock-gelsight-mini.gel=10"]
     plain, faulty = run(None, keys), run(None, [*keys, f"faults={lost}"])
