@@ -21,22 +21,23 @@ HOMES = {
     "lsds_drivers": ROOT / "drivers" / "lsds_drivers",
     "lsds_mocks": ROOT / "mocks" / "lsds_mocks",
 }
-FLOORS = (
-    ("lsds_research",),
-    ("lsds_plugins", "lsds_mocks", "lsds_drivers"),
-    ("lsds.cli",),
-    ("lsds.calibration", "lsds.testing"),
-    ("lsds.session",),
-    ("lsds.runtime",),
-    ("lsds.config",),
-    ("lsds.jobs", "lsds.registry", "lsds.models"),
-    ("lsds.grip",),
-    ("lsds.tactile",),
-    ("lsds.safety",),
-    ("lsds.contracts",),
-    ("lsds.support",),
-    ("lsds.errors", "lsds.clock"),
+FLOORS: tuple[dict[str, float], ...] = (
+    {"lsds_research": 0.50},
+    {"lsds_plugins": 0.12, "lsds_mocks": 0.41, "lsds_drivers": 0.88},
+    {"lsds.cli": 0.55},
+    {"lsds.calibration": 0.46, "lsds.testing": 0.87},
+    {"lsds.session": 0.42},
+    {"lsds.runtime": 0.37},
+    {"lsds.config": 0.62},
+    {"lsds.jobs": 0.12, "lsds.registry": 0.66, "lsds.models": 0.93},
+    {"lsds.grip": 0.37},
+    {"lsds.tactile": 0.37},
+    {"lsds.safety": 0.37},
+    {"lsds.contracts": 0.37},
+    {"lsds.support": 0.37},
+    {"lsds.errors": 0.27, "lsds.clock": 0.47},
 )
+"""Rooms of each floor from top to bottom, with their place across: no arrow may run behind another room."""
 ROOMS = [room for floor in FLOORS for room in floor]
 GROUND = ("lsds.contracts", "lsds.support", "lsds.errors", "lsds.clock")
 LINE = (("lsds.runtime", "lsds.grip"), ("lsds.grip", "lsds.tactile"), ("lsds.tactile", "lsds.safety"))
@@ -117,26 +118,26 @@ def draw(path: Path) -> None:
     """Write the picture."""
     figure = new_figure(12, 11)
     axes = figure.subplots()
-    place = {}
+    frames, place = {}, {}
     for level, rooms in enumerate(FLOORS):
-        for index, room in enumerate(rooms):
-            place[room] = ((index + 0.5) / len(rooms), -level)
-    for here, there in dict.fromkeys([*direct(arrows()), *LINE]):
-        (x0, y0), (x1, y1) = place[here], place[there]
-        bold = (here, there) in LINE
-        style = {"arrowstyle": "-|>", "color": "#2c6fbb" if bold else "0.6", "lw": 2.2 if bold else 0.9}
-        style |= {"shrinkA": 16, "shrinkB": 18, "connectionstyle": "arc3,rad=0.04"}
-        axes.annotate("", (x1, y1), (x0, y0), arrowprops=style, zorder=0)
-    for room, (x, y) in place.items():
-        core = room.startswith("lsds.")
-        text = f"{room}\n{CONTENTS[room]}" if room in CONTENTS else room
-        box = {"boxstyle": "round,pad=0.5", "fc": "#eaf2fb" if core else "#fdf1e2", "ec": "0.3", "lw": 0.8}
-        line = room in {end for arrow in LINE for end in arrow}
-        axes.text(x, y, text, ha="center", va="center", fontsize=8.5, bbox=box, weight="bold" if line else "normal")
+        for room, x in rooms.items():
+            core = room.startswith("lsds.")
+            text = f"{room}\n{CONTENTS[room]}" if room in CONTENTS else room
+            box = {"boxstyle": "round,pad=0.5", "fc": "#eaf2fb" if core else "#fdf1e2", "ec": "0.3", "lw": 0.8}
+            weight = "bold" if room in {end for arrow in LINE for end in arrow} else "normal"
+            shown = axes.text(x, -level, text, ha="center", va="center", fontsize=8.5, bbox=box, weight=weight)
+            frames[room], place[room] = shown, (x, -level)
     axes.set_xlim(-0.02, 1.02)
     axes.set_ylim(-len(FLOORS) + 0.4, 0.6)
     axes.axis("off")
-    axes.set_title("Who imports whom. Bold: the line from camera to gripper. Blue boxes: the core.", fontsize=10)
+    axes.set_title("Who imports whom. Bold: the rooms that a frame passes. Blue boxes: the core.", fontsize=10)
+    # The frames of the texts get their size when the figure is drawn; arrows end at them.
+    figure.canvas.draw()
+    for here, there in dict.fromkeys([*direct(arrows()), *LINE]):
+        bold = (here, there) in LINE
+        style = {"arrowstyle": "-|>", "color": "#2c6fbb" if bold else "0.5", "lw": 2.2 if bold else 0.9}
+        ends = {"patchA": frames[here].get_bbox_patch(), "patchB": frames[there].get_bbox_patch()}
+        axes.annotate("", place[there], place[here], arrowprops=style | ends | {"shrinkA": 0, "shrinkB": 1}, zorder=0)
     figure.savefig(path, dpi=100)
 
 
