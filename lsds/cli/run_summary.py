@@ -47,6 +47,7 @@ def full_table(summary: dict[str, Any]) -> str:
         *_called(summary, with_truth=True),
         ("frames, corrections", f"{summary['cycles']}, {summary['corrections']}"),
         ("unusable frames", str(summary["unusable_frames"])),
+        *([("left out by the budget", f"{skipped} frames")] if (skipped := summary["skipped_frames"]) else []),
         ("missed cycles", str(summary["overruns"])),
         ("image to command", _cost(summary["frame_to_command_us"])),
         *_imprint(summary["timing"]["imprint_us"]),

@@ -8,6 +8,7 @@ is a separate step: computed when a detector or estimator asks, timed and named 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,7 @@ import numpy as np
 from lsds.clock import nanoseconds, perf_ns
 from lsds.contracts import FingerCycle
 from lsds.errors import DataError, LsdsError, PluginError, StaleData, raised_by
+from lsds.runtime.frame_budget import FrameBudget, may_move
 from lsds.runtime.histogram import LogHistogram
 from lsds.safety.validation import validated_detection, validated_estimate
 from lsds.tactile.gate import FrameGate, check_image
@@ -23,7 +25,7 @@ from lsds.tactile.perception import Perception
 from lsds.tactile.reference import ReferenceCollector, brightness
 
 if TYPE_CHECKING:
-    from lsds.contracts import Frame, MarkerTracks
+    from lsds.contracts import DeformationField, Frame, MarkerTracks
     from lsds.runtime.rig import Finger, Rig
     from lsds.safety.device_calls import Call, Calls
     from lsds.tactile.imprint.motion import ImprintMotion
@@ -44,7 +46,7 @@ class FingerLine:
 
     `renewed` are the frames that a recording's reference was taken from again, because the gel had leapt (its first
     frames show another state, or it moved by more than a pitch at once) or the camera had not settled. A running cell
-    stops instead, and waits for the camera.
+    stops instead, and waits for the camera. `skipped_frames` counts those of which the budget left something out.
     """
 
     def __init__(self, finger: Finger, rig: Rig, start_ns: int, *, live: bool = True) -> None:
@@ -53,6 +55,10 @@ class FingerLine:
         self.gate = FrameGate(finger.label, finger.sensor.spec, config.safety, start_ns, live=live)
         self.newest: FingerCycle | None = None
         self.renewed: list[int] = []
+        self.skipped_frames = 0
+        limit_ms = config.tactile.budget_ms
+        self._budget = FrameBudget(math.inf if limit_ms is None else limit_ms, config.tactile.budget_scale)
+        self._skipped = False
         self._live, self._lost = live, 0
         self._reference = ReferenceCollector(config.tactile.reference_frames)
         self._seq = -1
@@ -67,6 +73,7 @@ class FingerLine:
             config.tactile,
             tracker_name=self._names[0],
             imprint_step=self.imprint,
+            skips=None if config.tactile.budget_ms is None else self._skips,
         )
 
     @property
@@ -112,14 +119,19 @@ class FingerLine:
                 observation, tracks = make(tracking, self.perception.observe, frame)
                 if not self._live and (self._was_dim(frame) or self._has_leapt(tracks)) and self._retake(frame):
                     return None
-                at_work = detector
-                detection = validated_detection(
-                    detector, make(detecting, finger.detector.update, observation), frame.seq
-                )
-                at_work = estimator
-                estimate = validated_estimate(
-                    estimator, make(estimating, finger.estimator.update, observation), frame.seq
-                )
+                last, skipped = self.newest, self._skipped
+                if skipped and last is not None:
+                    self.skipped_frames += 1
+                    detection, estimate = last.detection, last.estimate
+                else:
+                    at_work = detector
+                    detection = validated_detection(
+                        detector, make(detecting, finger.detector.update, observation), frame.seq
+                    )
+                    at_work = estimator
+                    estimate = validated_estimate(
+                        estimator, make(estimating, finger.estimator.update, observation), frame.seq
+                    )
             except DataError as error:
                 self.gate.refuse(str(error), now_ns, frame.seq)
                 return None
@@ -127,8 +139,17 @@ class FingerLine:
             raise
         except Exception as error:
             raise raised_by(at_work, error, f"frame {frame.seq}") from error
-        self.newest = FingerCycle(finger.name, frame, tracks, observation, detection, estimate, finger.opposite)
+        self.newest = FingerCycle(
+            finger.name, frame, tracks, observation, detection, estimate, finger.opposite, skipped
+        )
         return self.newest
+
+    def _skips(self, field: DeformationField, lost_share: float) -> bool:
+        """Return whether the budget leaves contact, imprint, detector and estimator out of a frame."""
+        last = None if self.newest is None else self.newest.detection
+        moves = lost_share > 0 or may_move(field, last, self.perception.metres_per_px)
+        self._skipped = not self._budget.affords(moves=moves)
+        return self._skipped
 
     def _has_leapt(self, tracks: MarkerTracks) -> bool:
         """Return whether most markers have been lost for so many frames that the reference is of another gel."""

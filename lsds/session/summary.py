@@ -95,6 +95,7 @@ def summarise(
         "guard": engine.guard.counts,
         "cycles": len(samples),
         "unusable_frames": engine.unusable_frames,
+        "skipped_frames": sum(line.skipped_frames for line in engine.lines),
         "overruns": sum(task.overruns for task in scheduled),
         "simulated_s" if rig.virtual else "duration_s": simulated_s,
         "backends": backends,
@@ -255,8 +256,12 @@ def _mean(values: Sequence[float]) -> float | None:
 
 def _microseconds(histogram: LogHistogram) -> dict[str, float | None]:
     if not histogram.count:
-        return {"p50": None, "p99": None}
-    return {"p50": histogram.quantile(0.5) / 1e3, "p99": histogram.quantile(0.99) / 1e3}
+        return {"p50": None, "p99": None, "mean": None}
+    return {
+        "p50": histogram.quantile(0.5) / 1e3,
+        "p99": histogram.quantile(0.99) / 1e3,
+        "mean": histogram.mean / 1e3,
+    }
 
 
 def _steady(truths: Sequence[CellTruth]) -> float | None:

@@ -26,6 +26,16 @@ class TactileOptions(BaseModel):
         description="shear traction of the gel over its displacement; lsds calibrate grip finds that of your own",
     )
     depth_scale: Literal[2, 4, 8, 16] = Field(default=8, description="depth is solved at 1/depth_scale of the image")
+    budget_ms: float | None = Field(
+        default=None,
+        gt=0,
+        le=1000,
+        description="mean time of a frame from image to command; where it is short, all but the markers is left out of "
+        "frames in which nothing moves. No limit where not given",
+    )
+    budget_scale: float = Field(
+        default=1.0, gt=0, le=100, description="computing time of this machine over that of docs/speed.md"
+    )
     arithmetic: Literal["auto", "compiled", "portable"] = Field(
         default="auto",
         description="inner loops compiled by numba (extra fast) or in OpenCV and NumPy; auto: compiled if installed",

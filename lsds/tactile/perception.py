@@ -5,7 +5,7 @@ The same object processes the running cell and recordings, frame by frame, so of
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from lsds.contracts import Observation
@@ -27,7 +27,15 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from lsds.contracts import Frame, MarkerReference, MarkerTracks, SensorSpec, Tracker
+    from lsds.contracts import (
+        ContactPatch,
+        DeformationField,
+        Frame,
+        MarkerReference,
+        MarkerTracks,
+        SensorSpec,
+        Tracker,
+    )
     from lsds.tactile.options import TactileOptions
 
 
@@ -45,11 +53,15 @@ class Perception:
         *,
         tracker_name: str = "tracker",
         imprint_step: Step | None = None,
+        skips: Callable[[DeformationField, float], bool] | None = None,
     ) -> None:
         """`tracker_name` names the tracker in errors. `imprint_step` runs the computation of the imprint's motion.
 
-        The motion is computed at most once per frame, when a detector or estimator first asks for it.
+        The motion is computed at most once per frame, when a detector or estimator first asks for it. `skips` decides
+        by the field, and the share of markers lost in this frame, whether contact and imprint are left out of a
+        frame: the last contact patch stands then, and the imprint's motion counts as unknown.
         """
+        self._skips = skips
         self._imprint_step = imprint_step
         self._tracker, self._tracker_name = tracker, tracker_name
         self._spec = spec
@@ -90,6 +102,7 @@ class Perception:
         )
         self._basis = EvidenceBasis(self.reference)
         self._followed: NDArray[np.bool_] | None = None
+        self._contact: ContactPatch | None = None
         return self.reference
 
     def reset(self) -> None:
@@ -98,7 +111,7 @@ class Perception:
         self._field.reset()
         self._features.reset()
         self._imprint.reset()
-        self._followed = None
+        self._followed = self._contact = None
 
     def observe(self, frame: Frame) -> tuple[Observation, MarkerTracks]:
         """Return the observation of the next frame, and its tracks. Raises DataError for an unusable frame."""
@@ -107,15 +120,20 @@ class Perception:
         count = len(self._field.position_m)
         tracks = validated_tracks(self._tracker_name, self._tracker.update(frame), count, frame.seq)
         field = self._field.build(tracks)
-        contact = self._depth.measure(frame)
+        lost = 0.0 if self._followed is None else float((self._followed & ~tracks.valid).mean())
+        self._followed = tracks.valid
+        skipped = self._contact is not None and self._skips is not None and self._skips(field, lost)
+        if self._contact is None or not skipped:
+            self._contact = self._depth.measure(frame)
+        contact = self._contact
         filled = None if field.valid.all() else fill_lost(field)
         features = self._features.extract(field, contact, filled)
         evidence = SlipEvidence(field, contact, self._basis)
         imprint = self._imprint.follow(frame, field)
+        if skipped:
+            imprint.skip()
         normal = normal_force_of(contact, self._pad_m2)
         load = load_of(field, self.metres_per_px, self._shear_n_m3, normal, filled)
-        lost = 0.0 if self._followed is None else float((self._followed & ~tracks.valid).mean())
-        self._followed = tracks.valid
         shown = Observation(
             frame.t_ns, frame.seq, field.dt_s, field, contact, features, frame, evidence, imprint, load, lost
         )

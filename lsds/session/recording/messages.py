@@ -187,6 +187,8 @@ def _finger(finger: FingerCycle) -> Iterator[tuple[str, Any]]:
     observation, tracks = finger.observation, finger.tracks
     frame = {"t_ns": observation.t_ns, "seq": observation.seq}
     yield "tracks", {**frame, "xy_px": tracks.xy_px, "flags": tracks.flags}
+    if finger.skipped:
+        yield "skipped", frame
     field = observation.field
     moved, speed = field.displacement_m, field.velocity_m_s
     yield "field", {**frame, "dt_s": field.dt_s, "displacement_m": moved, "velocity_m_s": speed}

@@ -68,8 +68,9 @@ def choose(
     """Print the cheapest rig file within the limits of slip and grip.
 
     The command lifts objects with whole configurations, as `lsds study loop` does. It selects the configuration that is
-    fastest on this machine among those that hold all objects within the limits. With --runs FILE it reuses the lifts in
-    that file and adds its own. Slip and grip are simulated. The exit code is 1 if no configuration meets the limits.
+    fastest on this machine (mean over frames) among those that hold all objects within the limits. With --runs FILE it
+    reuses the lifts in that file and adds its own. Slip and grip are simulated. The exit code is 1 if no configuration
+    meets the limits.
 
     Takes: as long as `lsds study loop`; seconds if --runs has all lifts.
 
@@ -141,4 +142,7 @@ def _rig_file(row: Row) -> str:
         f"simulated: slip {row['slip_mm']:.1f} mm, steady grip {row['steady']:.2f} times needed, "
         f"{row['runs']} lifts held.\n"
     )
-    return head + dumps({kind: {"backend": row[kind]} for kind in kinds})
+    tables: dict[str, dict[str, Any]] = {kind: {"backend": row[kind]} for kind in kinds}
+    if row["budget_ms"]:
+        tables["tactile"] = {"budget_ms": row["budget_ms"]}
+    return head + dumps(tables)

@@ -41,6 +41,7 @@ def test_a_row_is_of_the_lifts_that_slipped():
     row = summarized(Configuration("lk", "a", "b", "belief"), rows)
     assert (row["frame_us"], row["slip_mm"], row["steady"], row["steady_all"]) == (1000.0, 3.0, 1.5, 1.6)
     assert row["configuration"] == "lk a+b belief"
+    assert summarized(Configuration("lk", "a", "b", "belief", 1.2), rows)["configuration"] == "lk a+b belief 1.2 ms"
 
 
 @given(st.lists(st.tuples(st.booleans(), *[st.integers(1, 4)] * 3), min_size=1, max_size=12))
@@ -79,6 +80,33 @@ def test_the_chart_is_drawn_and_choose_goes_on_from_its_lifts(run, tmp_path, mon
     assert code == 1
     assert out == ""
     assert "no configuration meets the limits; nearest: lk threshold+field" in err
+
+
+def test_a_budget_is_a_configuration_of_its_own_and_part_of_the_chosen_rig(run, tmp_path):
+    each = ["--tracker", "lk", "--pair", "fused+fused", "--controller", "belief", "--object", "pvc-pipe"]
+    code, out, err = run(
+        "study",
+        "loop",
+        *each,
+        "--squeeze-mm",
+        "1.4",
+        "--budget-ms",
+        "0",
+        "--budget-ms",
+        "1",
+        "--no-plot",
+        "--json",
+        "-",
+    )
+    assert code == 0, err
+    rows = json.loads(out[out.index("{") :])["configurations"]
+    assert {row["configuration"] for row in rows} == {"lk fused+fused belief", "lk fused+fused belief 1 ms"}
+    from lsds_research.cli.choose import _rig_file
+
+    rig = tmp_path / "rig.toml"
+    for row in rows:
+        rig.write_text(_rig_file(row))
+        assert load_config(rig).tactile.budget_ms == (row["budget_ms"] or None)
 
 
 @pytest.mark.parametrize("wrong", ["5", "5kg", "mm", "-1mm"])

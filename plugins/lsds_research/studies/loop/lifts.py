@@ -25,20 +25,27 @@ MET_MM = 0.05
 
 
 class Configuration(NamedTuple):
-    """Backends of a rig, by kind."""
+    """Backends of a rig, by kind, and its budget of time for a frame; 0: none."""
 
     tracker: str
     detector: str
     estimator: str
     controller: str
+    budget_ms: float = 0.0
 
     def __str__(self) -> str:
-        return f"{self.tracker} {self.detector}+{self.estimator} {self.controller}"
+        budget = f" {self.budget_ms:g} ms" if self.budget_ms else ""
+        return f"{self.tracker} {self.detector}+{self.estimator} {self.controller}{budget}"
+
+    def backends(self) -> dict[str, str]:
+        """Return the names of the backends by kind."""
+        return {kind: str(name) for kind, name in self._asdict().items() if kind != "budget_ms"}
 
     def settings(self) -> tuple[str, ...]:
         """Return the config's keys, without the controller's."""
         kinds = {"tracker": self.tracker, "detector": self.detector, "estimator": self.estimator}
-        return tuple(override_texts({f"{kind}.backend": name for kind, name in kinds.items()}))
+        keys: dict[str, Any] = {f"{kind}.backend": name for kind, name in kinds.items()}
+        return tuple(override_texts(keys | ({"tactile.budget_ms": self.budget_ms} if self.budget_ms else {})))
 
 
 def configurations(options: LoopOptions) -> list[Configuration]:
@@ -48,8 +55,8 @@ def configurations(options: LoopOptions) -> list[Configuration]:
         raise DataError(f"--pair {', '.join(wrong)}: write DETECTOR+ESTIMATOR, such as fused+fused")
     trackers = options.trackers[:1] if options.quick else options.trackers
     return [
-        Configuration(who, eye, gauge, law)
-        for who, (eye, _, gauge), law in product(trackers, pairs, options.controllers)
+        Configuration(who, eye, gauge, law, budget)
+        for who, (eye, _, gauge), law, budget in product(trackers, pairs, options.controllers, options.budgets_ms)
     ]
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.cli.threads import processes
@@ -22,8 +24,9 @@ class LoopOptions(BaseModel):
     """Whole configurations: computing time of a frame against slip distance and steady grip.
 
     A configuration is a tracker, a detector and an estimator (`--pair`; some use the object's imprint, some the
-    markers only), and a controller. Each lifts every object. Slip and grip are simulated; the time is of this machine.
-    The front is the Pareto front of time, slip and grip.
+    markers only), a controller, and a budget of time for a frame (`tactile.budget_ms`, --budget-ms; none by default).
+    Each lifts every object. Slip and grip are simulated; the time is the mean over frames on this machine. The front is
+    the Pareto front of time, slip and grip.
 
     Takes: some 5 s of one core per lift.
 
@@ -31,6 +34,8 @@ class LoopOptions(BaseModel):
     Examples:
       lsds study loop --quick
       lsds study loop --tracker lk --controller belief --out loop.jsonl
+      lsds study loop --tracker lk --pair fused+fused --controller belief \\
+          --budget-ms 0 --budget-ms 1 --budget-ms 1.3 --plot budgets.png
       lsds study choose --max-slip 5mm --max-grip 1.5 --budget 1ms \\
           --runs loop.jsonl
     """
@@ -54,6 +59,12 @@ class LoopOptions(BaseModel):
         min_length=1,
         description="controller",
         json_schema_extra={"flag": "--controller", "metavar": "NAME"},
+    )
+    budgets_ms: list[Annotated[float, Field(ge=0, le=1000)]] = Field(
+        default=[0.0],
+        min_length=1,
+        description="budget of time for a frame, ms; 0: none",
+        json_schema_extra={"flag": "--budget-ms", "metavar": "MS"},
     )
     objects: list[str] = Field(
         default=[*OBJECTS],

@@ -33,7 +33,8 @@ def plot_loop(path: Path, rows: Sequence[dict[str, Any]]) -> None:
                 best.append(row)
         panel.step([r["frame_us"] for r in best], [r[name] for r in best], where="post", color="0.6", lw=1, zorder=0)
         for at, row in enumerate(best):
-            text = f"{row['tracker']} {row['detector']}+{row['estimator']}"
+            budget = f" {row['budget_ms']:g} ms" if row["budget_ms"] else ""
+            text = f"{row['tracker']} {row['detector']}+{row['estimator']}{budget}"
             above = at % 2 == 0
             panel.annotate(
                 text,
@@ -53,7 +54,7 @@ def plot_loop(path: Path, rows: Sequence[dict[str, Any]]) -> None:
             axis.set_major_formatter("{x:g}")
             axis.set_minor_formatter("{x:g}")
         panel.tick_params(which="both", labelsize=7)
-        panel.set_xlabel("image to command (us, this machine)")
+        panel.set_xlabel("image to command (us, mean, this machine)")
         panel.set_ylabel(label)
         panel.grid(alpha=0.25, which="both")
         panel.margins(x=0.25, y=0.2)

@@ -24,7 +24,7 @@ _COLUMNS = (
     ("configuration", "tracker detector+estimator controller", ""),
     ("runs", "runs", "d"),
     ("held", "held", ".2f"),
-    ("frame_us", "image to command, us", ".0f"),
+    ("frame_us", "image to command, us, mean", ".0f"),
     ("cost", "CPU s per simulated s", ".2f"),
     ("slip_mm", "slip, mm", ".2f"),
     ("steady", "steady/needed", ".2f"),
@@ -71,7 +71,7 @@ def measured(
     host = PluginHost()
     options = own_options(host, options)
     for each in configurations(options):
-        for kind, name in each._asdict().items():
+        for kind, name in each.backends().items():
             backend_names(host, kind, [name])
     lifts = list(planned(options, seed))
     known, failures = run_and_store(lift, [what for _, what in lifts], options.out, options.jobs, "", tick)

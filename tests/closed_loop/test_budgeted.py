@@ -1,0 +1,42 @@
+"""A budget of time for a frame in the loop: what is left out is stated, the same each time, and replayed."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+
+import lsds
+from lsds.session.recording.reader import Recording
+
+SCARCE = ["tactile.budget_ms=1.2", "task.lift_s=0.6", "task.hold_s=0.4"]
+
+
+def test_frames_at_rest_lose_their_imprint_and_keep_the_last_answers():
+    cycles = []
+    session = lsds.run(overrides=SCARCE, observe=cycles.append)
+    assert not session.truths[-1].dropped
+    fingers = [finger for cycle in cycles for finger in cycle.fingers]
+    skipped = [finger.skipped for finger in fingers]
+    assert session.summary["skipped_frames"] == sum(skipped) > 0.3 * len(skipped)
+    for before, now in pairwise(fingers):
+        if now.skipped:
+            assert now.observation.imprint() is None
+            assert now.detection is before.detection
+            assert now.estimate is before.estimate
+
+
+def test_without_a_budget_nothing_is_left_out_and_a_wide_one_changes_nothing():
+    plain, wide = (lsds.run(overrides=[*SCARCE[1:], *budget]).summary for budget in ([], ["tactile.budget_ms=100"]))
+    assert plain["skipped_frames"] == wide["skipped_frames"] == 0
+    assert plain["slip_distance_m"] == wide["slip_distance_m"]
+
+
+def test_a_run_within_a_budget_is_the_same_again_and_when_it_is_replayed(tmp_path):
+    pytest.importorskip("mcap", reason="recordings need the extra record")
+    path = tmp_path / "run.mcap"
+    first, second = lsds.run(overrides=SCARCE, record=path), lsds.run(overrides=SCARCE)
+    assert first.record.samples == second.record.samples
+    assert lsds.replay(path).identical
+    left_out = sum(message.topic.endswith("/skipped") for message in Recording(path).messages())
+    assert left_out == first.summary["skipped_frames"] > 0
