@@ -33,6 +33,13 @@ LOAD_RANGE_N = (0.02, 25.0)
 """Smallest and largest load W per finger on the grid, N; chosen."""
 LIMIT_RANGE = (0.01, 30.0)
 """Smallest and largest friction limit r on the grid, N / mm^p; chosen."""
+FRICTION = 0.5
+"""Median static friction of gel and object, where the normal force is known; chosen: rubber on common materials has 0.2
+to 1.1, and the geometric mean of that is 0.47."""
+FRICTION_SPREAD = 0.6
+"""Standard deviation of its natural logarithm: 0.5 for that range, and 0.35 for the normal force by the imprint."""
+FRICTION_UNKNOWN = 0.05
+"""Probability that friction times the normal force says nothing of the friction limit; chosen."""
 LEAST_FRICTION = 0.1
 """Least coefficient of friction of gel and object: half of the least of the random objects, because the normal force of
 a gel that is not calibrated may be twice too great."""
@@ -78,12 +85,12 @@ class GripBelief:
 
     def reset(self) -> None:
         """Know nothing of the object."""
-        prior_r = np.exp(-0.5 * ((self._ln_r - math.log(self.options.limit)) / self.options.spread) ** 2)
+        prior_r = self._limits(math.log(self.options.limit), self.options.spread)
         prior_w = np.exp(-HEAVIER * (self._ln_w - self._ln_w[0]))
         joint = np.outer(prior_w, prior_r)
         joint /= joint.sum()
         self.stick, self.slide = 0.98 * joint, 0.02 * joint
-        self._prior_r, self._prior_w = prior_r / prior_r.sum(), prior_w / prior_w.sum()
+        self._prior_r, self._prior_w = prior_r, prior_w / prior_w.sum()
         self._unseen = self.options.unseen
         self._greatest = -math.inf
         self._drifted_s = self._changed_s = 0.0
@@ -170,16 +177,30 @@ class GripBelief:
         return begun
 
     def know_normal(self, normal_n: float, squeeze_mm: float) -> None:
-        """Take the normal force at a squeeze, once for a grip: the limit is at least `LEAST_FRICTION` times it.
+        """Take the normal force at a squeeze, once for a grip: the limit is friction times it, and hardly less than
+        `LEAST_FRICTION` times it.
 
-        Friction that jumps later, as on a surface that gets wet, may be `WET_SHARE` of that.
+        Friction that jumps later, as on a surface that gets wet, is about `WET_SHARE` of that.
         """
-        least = math.log(LEAST_FRICTION * normal_n) - self.options.power * math.log(squeeze_mm)
-        wet = self._prior_r * (_below((self._ln_r - least - math.log(WET_SHARE)) / NORMAL_SPREAD) + _OUTLIER)
+        per_limit = math.log(normal_n) - self.options.power * math.log(squeeze_mm)
+        before = self._limits(math.log(self.options.limit), self.options.spread)
+
+        def known(wet: float) -> Floats:
+            limits = self._limits(per_limit + math.log(FRICTION * wet), FRICTION_SPREAD)
+            least = per_limit + math.log(LEAST_FRICTION * wet)
+            mixed = (1 - FRICTION_UNKNOWN) * limits + FRICTION_UNKNOWN * before
+            return np.asarray(mixed * (_below((self._ln_r - least) / NORMAL_SPREAD) + _OUTLIER))
+
+        wet = known(WET_SHARE)
         self._prior_r = wet / wet.sum()
-        share = _below((self._ln_r - least) / NORMAL_SPREAD) + _OUTLIER
+        share = known(1.0) / np.maximum(before, 1e-12)
         total = float((self.stick @ share).sum() + (self.slide @ share).sum())
         self.stick, self.slide = self.stick * (share / total), self.slide * (share / total)
+
+    def _limits(self, ln_middle: float, spread: float) -> Floats:
+        """Return log-normal probabilities of the friction limits of the grid."""
+        density = np.exp(-0.5 * ((self._ln_r - ln_middle) / spread) ** 2)
+        return np.asarray(density / density.sum())
 
     def weigh(self, evidence: float, squeeze_mm: float, dt_s: float, stands: bool = False) -> None:
         """Take the detector's evidence of a round in which no load is measured, as `update` does. The squeeze is NaN if

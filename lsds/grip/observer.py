@@ -67,6 +67,7 @@ class GripObserver:
         self._speeds: deque[tuple[int, float]] = deque()
         self._touch_m = self._squeeze_m = self._before_n = math.nan
         self._changed_ns = -nanoseconds(1.0)
+        self._settled = True
         self._normals: list[float] = []
         self._believed: dict[str, Any] = {}
 
@@ -97,6 +98,8 @@ class GripObserver:
             self._touch_m = seen.aperture_m + ASSUMED_SQUEEZE_M
         squeeze_m = max(self._touch_m - seen.aperture_m, LEAST_SQUEEZE_M)
         if not abs(squeeze_m - self._squeeze_m) < CHANGED_SQUEEZE_M:
+            # A job begins to act when the fingers have come to rest.
+            self._settled = math.isnan(self._squeeze_m)
             self._changed_ns, self._squeeze_m = seen.t_ns, squeeze_m
         return squeeze_m
 
@@ -117,7 +120,7 @@ class GripObserver:
         arm_m_s = max(speed for _, speed in self._speeds)
         rests_s = (seen.t_ns - self._changed_ns) * 1e-9
         if len(self._normals) < MEDIAN_FRAMES:
-            self._see_normal(load.normal_n, squeeze_m, settled=rests_s > SETTLES_S)
+            self._see_normal(load.normal_n, squeeze_m, settled=self._settled or rests_s > SETTLES_S)
         limit_n, limit_std_n, rising_m = math.nan, math.nan, 0.0
         stands = supported and not speed_m_s > 0
         if not load.fresh or not math.isfinite(squeeze_m):

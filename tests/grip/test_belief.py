@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lsds.contracts import Detection, SlipEstimate
-from lsds.grip.belief import GripBelief
+from lsds.grip.belief import FRICTION, GripBelief
 from lsds.grip.evidence import MOST_EVIDENCE, SlipEvidence, probability
 from lsds.grip.options import GripOptions
 
@@ -111,17 +111,39 @@ def test_a_grip_that_never_slipped_is_left_alone():
     assert belief.squeeze_mm(0.25, 1.2, 0.5) < 1.4 + TICK_MM / 2
 
 
+@given(normal_n=st.floats(0.3, 20), squeeze_mm=st.floats(0.5, 5))
+def test_a_normal_force_says_about_where_the_limit_is(normal_n, squeeze_mm):
+    belief = GripBelief(OPTIONS, 0.105)
+    unknown_n, unknown_std_n = belief.limit_n(squeeze_mm)
+    belief.know_normal(normal_n, squeeze_mm)
+    limit_n, std_n = belief.limit_n(squeeze_mm)
+    assert belief.stick.sum() + belief.slide.sum() == pytest.approx(1, abs=1e-9)
+    # Limits of a thirtieth of N/mm^p, and of ten, are far enough from the ends of the grid.
+    if 0.03 < FRICTION * normal_n / squeeze_mm**OPTIONS.power < 10:
+        assert limit_n == pytest.approx(FRICTION * normal_n, rel=0.25)
+    assert std_n / limit_n < 0.8 * unknown_std_n / unknown_n
+
+
 @given(normal_n=st.floats(0.1, 60), squeeze_mm=st.floats(0.3, 20), evidence=st.floats(-4, 4))
-def test_a_normal_force_excludes_only_limits_that_no_object_has(normal_n, squeeze_mm, evidence):
+def test_a_light_load_does_not_slide_for_a_normal_force(normal_n, squeeze_mm, evidence):
     belief = GripBelief(OPTIONS, 0.105)
     hanging(belief, 0.3, squeeze_mm, frames=3)
     belief.update(0.3, squeeze_mm, FRAME_S, evidence)
-    before, slips = belief.limit_n(squeeze_mm)[0], belief.slips
+    slips = belief.slips
     belief.know_normal(normal_n, squeeze_mm)
     assert belief.stick.sum() + belief.slide.sum() == pytest.approx(1, abs=1e-9)
-    assert belief.limit_n(squeeze_mm)[0] >= before * (1 - 1e-6)
-    if 2 * 0.1 * normal_n < 0.3:
-        assert belief.slips == pytest.approx(slips, abs=0.1)
+    if FRICTION * normal_n > 4 * 0.3:
+        assert belief.slips <= slips + 0.02
+
+
+def test_a_load_that_friction_hardly_carries_may_slide():
+    """A pipe slid for 0.7 s at a load of 0.54 times the normal force before its slide was believed."""
+    seen, blind = GripBelief(OPTIONS, 0.105), GripBelief(OPTIONS, 0.105)
+    seen.know_normal(1.43, 1.0)
+    for belief in (seen, blind):
+        for load_n, evidence in ((0.65, -1.9), (0.78, 1.0), (0.78, 2.5)):
+            belief.update(load_n, 1.0, FRAME_S, evidence, moved_mm=0.4)
+    assert seen.slips > 1.2 * blind.slips
 
 
 def test_alarms_about_a_light_object_in_a_firm_grip_are_not_believed():
