@@ -221,9 +221,9 @@ class MarkerTracks:
 class DeformationField:
     """Displacement of the markers against the reference, and its rate over the measured frame interval.
 
-    `position_m`, `displacement_m`, `velocity_m_s`: (N, 2) in the sensor's plane (x right, y down in the image), NaN
-    where lost. `velocity_m_s` is NaN on the first frame and where a marker was lost in either frame. `dt_s` is the
-    measured interval to the previous frame, NaN on the first.
+    `position_m` (at rest), `displacement_m`, `velocity_m_s`: (N, 2) in the sensor's plane (x right, y down in the
+    image), the latter two NaN where lost. `velocity_m_s` is NaN on the first frame and where a marker was lost in
+    either frame. `dt_s` is the measured interval to the previous frame, NaN on the first.
     """
 
     __repr__ = brief

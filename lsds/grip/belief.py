@@ -33,13 +33,14 @@ LOAD_RANGE_N = (0.02, 25.0)
 """Smallest and largest load W per finger on the grid, N; chosen."""
 LIMIT_RANGE = (0.01, 30.0)
 """Smallest and largest friction limit r on the grid, N / mm^p; chosen."""
-FRICTION = 0.5
-"""Median static friction of gel and object, where the normal force is known; chosen: rubber on common materials has 0.2
+MEDIAN_FRICTION = 0.5
+"""Median static friction of gel and object; chosen: rubber on common materials has 0.2
 to 1.1, and the geometric mean of that is 0.47."""
 FRICTION_SPREAD = 0.6
-"""Standard deviation of its natural logarithm: 0.5 for that range, and 0.35 for the normal force by the imprint."""
+"""Standard deviation of the natural logarithm of the friction: 0.5 for that range, and 0.35 for the error of the normal
+force by the imprint."""
 FRICTION_UNKNOWN = 0.05
-"""Probability that friction times the normal force says nothing of the friction limit; chosen."""
+"""Probability that the friction limit is independent of the normal force by the imprint; chosen."""
 LEAST_FRICTION = 0.1
 """Least coefficient of friction of gel and object: half of the least of the random objects, because the normal force of
 a gel that is not calibrated may be twice too great."""
@@ -182,18 +183,18 @@ class GripBelief:
 
         Friction that jumps later, as on a surface that gets wet, is about `WET_SHARE` of that.
         """
-        per_limit = math.log(normal_n) - self.options.power * math.log(squeeze_mm)
+        ln_normal = math.log(normal_n) - self.options.power * math.log(squeeze_mm)
         before = self._limits(math.log(self.options.limit), self.options.spread)
 
-        def known(wet: float) -> Floats:
-            limits = self._limits(per_limit + math.log(FRICTION * wet), FRICTION_SPREAD)
-            least = per_limit + math.log(LEAST_FRICTION * wet)
+        def expected(share: float) -> Floats:
+            limits = self._limits(ln_normal + math.log(MEDIAN_FRICTION * share), FRICTION_SPREAD)
+            least = ln_normal + math.log(LEAST_FRICTION * share)
             mixed = (1 - FRICTION_UNKNOWN) * limits + FRICTION_UNKNOWN * before
             return np.asarray(mixed * (_below((self._ln_r - least) / NORMAL_SPREAD) + _OUTLIER))
 
-        wet = known(WET_SHARE)
+        wet = expected(WET_SHARE)
         self._prior_r = wet / wet.sum()
-        share = known(1.0) / np.maximum(before, 1e-12)
+        share = expected(1.0) / np.maximum(before, 1e-12)
         total = float((self.stick @ share).sum() + (self.slide @ share).sum())
         self.stick, self.slide = self.stick * (share / total), self.slide * (share / total)
 
@@ -208,6 +209,7 @@ class GripBelief:
         known = math.isfinite(squeeze_mm)
         self._drift(dt_s, known and not abs(squeeze_mm - self._last_s) < 0.02 * squeeze_mm)
         self._unmeasured_s += dt_s
+        self._greatest -= dt_s / FORGET_S
         if known:
             self._last_s = squeeze_mm
             if math.isfinite(self._last_f):

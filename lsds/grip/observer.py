@@ -63,11 +63,11 @@ class GripObserver:
         self.load, self._evidence = CarriedLoad(), SlipEvidence(self._answer_s)
         self._bridge = VelocityBridge(WALK_M_S, WALK_RAD_S)
         self._counted: dict[str, int] = {}
-        self._round_s = self._unmeasured_s = 0.0
+        self._round_s = self._unmeasured_s = self._fastest_m_s = 0.0
         self._speeds: deque[tuple[int, float]] = deque()
         self._touch_m = self._squeeze_m = self._before_n = math.nan
         self._changed_ns = -nanoseconds(1.0)
-        self._settled = True
+        self._squeezes = 0
         self._normals: list[float] = []
         self._believed: dict[str, Any] = {}
 
@@ -98,9 +98,8 @@ class GripObserver:
             self._touch_m = seen.aperture_m + ASSUMED_SQUEEZE_M
         squeeze_m = max(self._touch_m - seen.aperture_m, LEAST_SQUEEZE_M)
         if not abs(squeeze_m - self._squeeze_m) < CHANGED_SQUEEZE_M:
-            # A job begins to act when the fingers have come to rest.
-            self._settled = math.isnan(self._squeeze_m)
             self._changed_ns, self._squeeze_m = seen.t_ns, squeeze_m
+            self._squeezes += math.isfinite(squeeze_m)
         return squeeze_m
 
     def _completes(self, fingers: Sequence[FingerCycle]) -> bool:
@@ -119,8 +118,10 @@ class GripObserver:
         load, load_n, rate = self.load, self.load.now_n, 0.0
         arm_m_s = max(speed for _, speed in self._speeds)
         rests_s = (seen.t_ns - self._changed_ns) * 1e-9
-        if len(self._normals) < MEDIAN_FRAMES:
-            self._see_normal(load.normal_n, squeeze_m, settled=self._settled or rests_s > SETTLES_S)
+        # A job begins to act when the fingers rest, so the first squeeze has settled.
+        if len(self._normals) < MEDIAN_FRAMES and not all(finger.skipped for finger in seen.fingers):
+            settled = math.isfinite(squeeze_m) and (self._squeezes == 1 or rests_s > SETTLES_S)
+            self._see_normal(load.normal_n, squeeze_m, settled=settled)
         limit_n, limit_std_n, rising_m = math.nan, math.nan, 0.0
         stands = supported and not speed_m_s > 0
         if not load.fresh or not math.isfinite(squeeze_m):
@@ -128,12 +129,14 @@ class GripObserver:
             evidence = self._evidence.take(seen.detection, estimate, rests_s)
             self.belief.weigh(evidence, 1e3 * squeeze_m, round_s, stands)
             self._unmeasured_s += round_s
+            self._fastest_m_s = max(self._fastest_m_s, arm_m_s)
         elif load_n > LEAST_EVIDENCE_N:
             since_s, self._unmeasured_s = round_s + self._unmeasured_s, 0.0
             if math.isfinite(self._before_n) and since_s > 0:
                 rate = (load_n - self._before_n) / since_s
             self._before_n = load_n
-            moved_mm = 1e3 * since_s * arm_m_s if since_s > 0 else 0.0
+            moved_mm = 1e3 * since_s * max(self._fastest_m_s, arm_m_s) if since_s > 0 else 0.0
+            self._fastest_m_s = 0.0
             evidence = self._evidence.take(seen.detection, estimate, rests_s)
             self.belief.update(load_n, 1e3 * squeeze_m, round_s, evidence, stands, moved_mm)
             if supported or self.belief.slips > SLIPPED:

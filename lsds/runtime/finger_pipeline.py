@@ -116,6 +116,7 @@ class FingerLine:
                 make(tracking, self._take_reference, frame, now_ns)
                 return None
             try:
+                self._skipped = False
                 observation, tracks = make(tracking, self.perception.observe, frame)
                 if not self._live and (self._was_dim(frame) or self._has_leapt(tracks)) and self._retake(frame):
                     return None
@@ -148,7 +149,8 @@ class FingerLine:
         """Return whether the budget leaves contact, imprint, detector and estimator out of a frame."""
         last = None if self.newest is None else self.newest.detection
         moves = lost_share > 0 or may_move(field, last, self.perception.metres_per_px)
-        self._skipped = not self._budget.affords(moves=moves)
+        # The first frame has no earlier answer that could stand.
+        self._skipped = not self._budget.affords(moves=moves) and self.newest is not None
         return self._skipped
 
     def _has_leapt(self, tracks: MarkerTracks) -> bool:

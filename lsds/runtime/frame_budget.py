@@ -1,9 +1,9 @@
 """Leaves all but the markers out of frames in which nothing moves, within a mean time per frame.
 
-A token bucket: every frame adds what the budget leaves over after the markers, load and grip belief, and a frame that
-is seen in full (contact patch, imprint, detector, estimator) takes its price. In the others the last answers stand.
-Frames in which something may move are seen in full as long as there is credit. Frames at rest take their turn only
-while more than half of the credit is left, so that credit is there when something moves.
+Frames in which something may move are always seen in full: contact patch, imprint, detector, estimator. Frames at rest
+are as far as a token bucket allows: every frame adds what the budget leaves over after the markers, load and grip
+belief, and a frame that is seen in full takes its price. In the others the last answers stand. Half of the credit is
+kept, so that frames that move seldom exhaust it.
 
 Prices are nominal, not measured: a run answers the same on every machine, and again when it is replayed.
 """
@@ -14,6 +14,8 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from lsds.tactile.imprint.carrying import fastest
 
 if TYPE_CHECKING:
     from lsds.contracts import DeformationField, Detection
@@ -26,13 +28,12 @@ IN_FULL_MS = 1.25
 source."""
 AVERAGED_FRAMES = 100
 """Number of frames whose savings are kept as credit: some four seconds of a GelSight Mini; chosen."""
-MOST_SKIPPED = 4
+MOST_LEFT_OUT = 4
 """Maximum number of successive frames at rest that are not seen in full, whatever the budget; chosen: 0.2 s of a
 Mini."""
-MOST_SKIPPED_MOVING = 1
-"""The same of frames in which something may move; chosen: a slip is seen two frames after its onset at the latest."""
 MOVES_PX = 0.08
-"""Mean motion of the markers between two frames above which something moves, px: four times the tracker's noise."""
+"""Motion between two frames, px, above which something moves if a tenth of the markers move by more: four times the
+tracker's noise."""
 CERTAIN = 0.5
 """Minimum confidence of the last detection of no slip for a frame to count as at rest; chosen."""
 
@@ -46,14 +47,13 @@ class FrameBudget:
     def __init__(self, budget_ms: float, scale: float = 1.0) -> None:
         self._gain_ms = budget_ms / scale - MARKERS_MS
         self._most_ms = self._credit_ms = AVERAGED_FRAMES * max(self._gain_ms, 0.0)
-        self._skipped = MOST_SKIPPED
+        self._skipped = MOST_LEFT_OUT
 
     def affords(self, *, moves: bool) -> bool:
         """Take a frame; return whether it is to be seen in full. `moves`: something may move in it."""
         self._credit_ms = min(self._credit_ms + self._gain_ms, self._most_ms)
-        reserve_ms = 0.0 if moves else self._most_ms / 2
-        full = self._credit_ms >= reserve_ms + IN_FULL_MS or self._gain_ms >= IN_FULL_MS
-        if not full and self._skipped < (MOST_SKIPPED_MOVING if moves else MOST_SKIPPED):
+        enough = self._credit_ms >= self._most_ms / 2 + IN_FULL_MS or self._gain_ms >= IN_FULL_MS
+        if not moves and not enough and self._skipped < MOST_LEFT_OUT:
             self._skipped += 1
             return False
         self._skipped = 0
@@ -69,5 +69,4 @@ def may_move(field: DeformationField, last: Detection | None, metres_per_px: flo
     known = field.velocity_m_s[np.isfinite(field.velocity_m_s[:, 0])]
     if not len(known) or not math.isfinite(field.dt_s):
         return True
-    moved_m = float(np.hypot(known[:, 0], known[:, 1]).mean()) * field.dt_s
-    return moved_m > MOVES_PX * metres_per_px
+    return fastest(known) * field.dt_s > MOVES_PX * metres_per_px

@@ -69,7 +69,7 @@ class CarriedLoad:
                 self._take(finger, load, t_ns)
         self.reach_m = min(filter(math.isfinite, self._reach_m.values()), default=math.nan)
         self.normal_n = max(filter(math.isfinite, normals), default=math.nan)
-        self.stale, self.fresh = not self._last.keys() <= measured, bool(measured)
+        self.stale, self.fresh = not self._last.keys() <= measured, bool(self._last.keys() & measured)
         if not self._last:
             return
         self.now_n = fmean(loads[-1] for loads in self._last.values())

@@ -52,7 +52,8 @@ class FeatureExtractor:
     def reset(self) -> None:
         """Forget the last frame."""
         self._last: _Shape | None = None
-        self._last_area = math.nan
+        self._last_area, self._area_s, self._area_rate = math.nan, 0.0, math.nan
+        self._contact: ContactPatch | None = None
         self._last_theta = math.nan
 
     def extract(
@@ -70,6 +71,7 @@ class FeatureExtractor:
         v_x, v_y, mean_speed = _velocity(field, now, last)
         theta = math.atan2(v_y, v_x) if v_x or v_y else math.nan
         area = math.nan if contact is None else contact.area_fraction
+        area_rate = self._rate_of_area(contact, area, dt)
         count = self._operators.count
         log2n = math.log2(count)
         values = (
@@ -81,7 +83,7 @@ class FeatureExtractor:
             (now.div_sum - last.div_sum) / dt,
             (now.curl_sum - last.curl_sum) / dt,
             area,
-            (area - self._last_area) / dt,
+            area_rate,
             now.entropy,
             (now.entropy - last.entropy) / dt,
             mean_speed,
@@ -99,8 +101,16 @@ class FeatureExtractor:
             theta,
             math.remainder(theta - self._last_theta, math.tau),
         )
-        self._last, self._last_area, self._last_theta = now, area, theta
+        self._last, self._last_theta = now, theta
         return FeatureVector(NAMES, np.array(values))
+
+    def _rate_of_area(self, contact: ContactPatch | None, area: float, dt_s: float) -> float:
+        """Return the rate of the contact area (1/s); of a patch that stands for several frames, the last one."""
+        self._area_s += dt_s
+        if contact is None or contact is not self._contact:
+            self._area_rate = (area - self._last_area) / self._area_s
+            self._contact, self._last_area, self._area_s = contact, area, 0.0
+        return self._area_rate
 
 
 class _Shape:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lsds.contracts import Detection, SlipEstimate
-from lsds.grip.belief import FRICTION, GripBelief
+from lsds.grip.belief import MEDIAN_FRICTION, GripBelief
 from lsds.grip.evidence import MOST_EVIDENCE, SlipEvidence, probability
 from lsds.grip.options import GripOptions
 
@@ -112,15 +112,15 @@ def test_a_grip_that_never_slipped_is_left_alone():
 
 
 @given(normal_n=st.floats(0.3, 20), squeeze_mm=st.floats(0.5, 5))
-def test_a_normal_force_says_about_where_the_limit_is(normal_n, squeeze_mm):
+def test_the_limit_is_expected_near_friction_times_the_normal_force(normal_n, squeeze_mm):
     belief = GripBelief(OPTIONS, 0.105)
     unknown_n, unknown_std_n = belief.limit_n(squeeze_mm)
     belief.know_normal(normal_n, squeeze_mm)
     limit_n, std_n = belief.limit_n(squeeze_mm)
     assert belief.stick.sum() + belief.slide.sum() == pytest.approx(1, abs=1e-9)
     # Limits of a thirtieth of N/mm^p, and of ten, are far enough from the ends of the grid.
-    if 0.03 < FRICTION * normal_n / squeeze_mm**OPTIONS.power < 10:
-        assert limit_n == pytest.approx(FRICTION * normal_n, rel=0.25)
+    if 0.03 < MEDIAN_FRICTION * normal_n / squeeze_mm**OPTIONS.power < 10:
+        assert limit_n == pytest.approx(MEDIAN_FRICTION * normal_n, rel=0.25)
     assert std_n / limit_n < 0.8 * unknown_std_n / unknown_n
 
 
@@ -132,7 +132,7 @@ def test_a_light_load_does_not_slide_for_a_normal_force(normal_n, squeeze_mm, ev
     slips = belief.slips
     belief.know_normal(normal_n, squeeze_mm)
     assert belief.stick.sum() + belief.slide.sum() == pytest.approx(1, abs=1e-9)
-    if FRICTION * normal_n > 4 * 0.3:
+    if MEDIAN_FRICTION * normal_n > 4 * 0.3:
         assert belief.slips <= slips + 0.02
 
 
@@ -275,8 +275,12 @@ def test_a_score_that_is_no_probability_counts_by_its_decision(slip, expected):
 def test_the_compiled_belief_is_the_same(frames):
     pytest.importorskip("numba")
     portable, fast = (GripBelief(OPTIONS, 0.105, compiled=kind) for kind in (False, True))
-    for load_n, squeeze_mm, dt_s, evidence, stands, moved_mm in frames:
+    for count, (load_n, squeeze_mm, dt_s, evidence, stands, moved_mm) in enumerate(frames):
         for belief in (portable, fast):
+            if count % 3 == 1:
+                belief.weigh(evidence, squeeze_mm if stands else math.nan, dt_s)
+            elif count == 5:
+                belief.know_normal(load_n + 0.1, squeeze_mm)
             belief.update(load_n, squeeze_mm, dt_s, evidence, stands, moved_mm)
         assert fast.stick == pytest.approx(portable.stick, rel=1e-6, abs=1e-12)
         assert fast.slide == pytest.approx(portable.slide, rel=1e-6, abs=1e-12)
@@ -294,7 +298,7 @@ def test_a_round_without_a_load_ends_a_slide_that_the_squeeze_stops_and_no_other
         for _ in range(6):
             belief.weigh(0.0, squeeze_mm, FRAME_S)
         slides.append(belief.slips)
-    # A heavier object goes on sliding: how heavy it is, the slide does not tell.
+    # A heavier object goes on sliding: its weight is unknown while it slides.
     assert slides[0] > 0.75 > 0.6 > slides[1]
 
 

@@ -12,6 +12,7 @@ from lsds.clock import VirtualClock
 from lsds.contracts import ABSTAINED, BuildContext, ContactLoad, Detection, GripEstimate, GripTask, SlipEstimate
 from lsds.grip.observer import FALLS_M_S, GripObserver
 from lsds.grip.options import GripOptions
+from lsds.tactile.carried_load import CarriedLoad
 
 STILL = Detection(False, 0.1, 0.75, 0.9)
 FRAME_NS = 40_000_000
@@ -89,7 +90,9 @@ def loads(frames: list[float | None]) -> list[GripEstimate]:
     believed = []
     for k, load_n in enumerate(frames):
         load = None if load_n is None else ContactLoad((0.0, load_n), 0.0, 0.01, 0.001)
-        seen = SimpleNamespace(finger="sensor", observation=SimpleNamespace(t_ns=k * FRAME_NS, load=load, contact=None))
+        seen = SimpleNamespace(
+            finger="sensor", skipped=False, observation=SimpleNamespace(t_ns=k * FRAME_NS, load=load, contact=None)
+        )
         at = GripEstimate(
             t_ns=k * FRAME_NS,
             dt_s=0.04,
@@ -116,3 +119,41 @@ def test_a_load_that_is_not_measured_again_is_no_new_evidence():
 
 def test_a_load_rises_over_the_time_since_it_was_measured():
     assert loads([0.0, 0.5, None, None, 0.8])[-1].load_n_s == pytest.approx(0.3 / 0.12)
+
+
+def seen_by(name: str, t_ns: int, load: ContactLoad | None, *, skipped: bool = False) -> SimpleNamespace:
+    return SimpleNamespace(
+        finger=name, skipped=skipped, observation=SimpleNamespace(t_ns=t_ns, load=load, contact=None)
+    )
+
+
+def test_a_normal_force_without_an_aperture_leaves_the_belief_a_probability():
+    observer = GripObserver(GripOptions(), 0.12)
+    load = ContactLoad((0.0, 0.3), 0.0, 0.01, 0.001, 4.0)
+    for k in range(8):
+        finger = seen_by("finger", k * FRAME_NS, load)
+        grip = observer.update(GripEstimate(t_ns=k * FRAME_NS, dt_s=0.04, detection=STILL, fingers=(finger,)))
+    assert 0 <= grip.slips <= 1
+
+
+@pytest.mark.parametrize(("skipped", "known"), [(False, True), (True, False)])
+def test_a_normal_force_that_stands_for_several_frames_counts_once(skipped, known):
+    observer = GripObserver(GripOptions(), 0.12)
+    for k in range(4):
+        load = ContactLoad((0.0, 0.0), 0.0, 0.01, 0.001, 4.0)
+        finger = seen_by("finger", k * FRAME_NS, load, skipped=skipped and k > 0)
+        at = {"aperture_m": 0.030, "touch_m": 0.032, "fingers": (finger,)}
+        observer.update(GripEstimate(t_ns=k * FRAME_NS, dt_s=0.04, detection=STILL, **at))
+    spread = GripOptions().spread
+    limit_n, std_n = observer.belief.limit_n(2.0)
+    assert (std_n / limit_n < 0.8 * spread) is known
+
+
+def test_a_finger_without_a_zero_makes_no_load_fresh():
+    carried = CarriedLoad()
+    load = ContactLoad((0.0, 0.5), 0.0, 0.01, 0.001)
+    carried.take(0, [seen_by("a", 0, load)])
+    late_ns = 10 * FRAME_NS
+    carried.take(late_ns, [seen_by("a", late_ns, None), seen_by("b", late_ns, load)])
+    assert carried.stale
+    assert not carried.fresh

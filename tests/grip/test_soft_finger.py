@@ -19,7 +19,9 @@ number = st.floats(-50, 50)
 
 
 def finger(load, t_ns):
-    return SimpleNamespace(finger="left", observation=SimpleNamespace(t_ns=t_ns, load=load, contact=None))
+    return SimpleNamespace(
+        finger="left", skipped=False, observation=SimpleNamespace(t_ns=t_ns, load=load, contact=None)
+    )
 
 
 @given(number, number, st.floats(-0.5, 0.5), st.floats(0, 2))

@@ -42,6 +42,15 @@ class Quantity(click.ParamType[float]):
 @click.option(
     "--budget", type=Quantity("time", ("us", "ms", "s")), help="Maximum time from image to command, such as 1ms."
 )
+@click.option(
+    "--budget-ms",
+    "budgets_ms",
+    type=click.FloatRange(0, 1000),
+    multiple=True,
+    default=(0.0,),
+    show_default=True,
+    help="Budget of time for a frame (tactile.budget_ms) to try; 0: none; repeatable.",
+)
 @click.option("--runs", type=click.Path(dir_okay=False, path_type=Path), help="Runs of `lsds study loop --out FILE`.")
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Also write the rig file here.")
 @click.option("--quick", is_flag=True, help="Fewer objects and configurations.")
@@ -58,6 +67,7 @@ def choose(
     max_slip: float | None,
     max_grip: float | None,
     budget: float | None,
+    budgets_ms: tuple[float, ...],
     runs: Path | None,
     out: Path | None,
     quick: bool,
@@ -86,7 +96,7 @@ def choose(
     from lsds_research.studies.loop.options import LoopOptions
     from lsds_research.studies.loop.study import measured
 
-    options = LoopOptions(out="" if runs is None else str(runs), quick=quick, jobs=jobs)
+    options = LoopOptions(out="" if runs is None else str(runs), quick=quick, jobs=jobs, budgets_ms=[*budgets_ms])
     with Progress("lifting") as progress:
         rows, _, failures = measured(options, seed, progress.to)
     for name, reason in failures.items():

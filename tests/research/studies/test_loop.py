@@ -32,7 +32,7 @@ def run(capsys):
 
 
 def lifts(*cases):
-    names = ("held", "frame_us", "cost", "slip_mm", "steady_over_needed")
+    names = ("held", "frame_mean_us", "cost", "slip_mm", "steady_over_needed")
     return [dict(zip(names, case, strict=True)) for case in cases]
 
 
@@ -82,31 +82,35 @@ def test_the_chart_is_drawn_and_choose_goes_on_from_its_lifts(run, tmp_path, mon
     assert "no configuration meets the limits; nearest: lk threshold+field" in err
 
 
-def test_a_budget_is_a_configuration_of_its_own_and_part_of_the_chosen_rig(run, tmp_path):
-    each = ["--tracker", "lk", "--pair", "fused+fused", "--controller", "belief", "--object", "pvc-pipe"]
-    code, out, err = run(
-        "study",
-        "loop",
-        *each,
-        "--squeeze-mm",
-        "1.4",
-        "--budget-ms",
-        "0",
-        "--budget-ms",
-        "1",
-        "--no-plot",
-        "--json",
-        "-",
-    )
-    assert code == 0, err
-    rows = json.loads(out[out.index("{") :])["configurations"]
-    assert {row["configuration"] for row in rows} == {"lk fused+fused belief", "lk fused+fused belief 1 ms"}
-    from lsds_research.cli.choose import _rig_file
+def test_a_budget_is_a_configuration_of_its_own_and_part_of_the_chosen_rig(run, tmp_path, monkeypatch):
+    runs, rig = tmp_path / "loop.jsonl", tmp_path / "rig.toml"
+    few = {
+        "trackers": ["lk"],
+        "pairs": ["fused+fused"],
+        "controllers": ["belief"],
+        "objects": ["pvc-pipe"],
+        "squeezes_mm": [1.4],
+    }
+    from lsds_research.studies.loop import options
 
-    rig = tmp_path / "rig.toml"
-    for row in rows:
-        rig.write_text(_rig_file(row))
-        assert load_config(rig).tactile.budget_ms == (row["budget_ms"] or None)
+    whole = options.LoopOptions
+    monkeypatch.setattr(options, "LoopOptions", lambda **own: whole(**few, **own))
+    rows = {}
+    for budget in ("0", "1"):
+        code, out, err = run(
+            "study", "choose", "--max-slip", "60mm", "--budget-ms", budget, "--runs", str(runs), "--out", str(rig)
+        )
+        assert code == 0, err
+        assert load_config(rig).tactile.budget_ms == (float(budget) or None)
+        rows[budget] = out
+    assert rows["0"] != rows["1"]
+    kept = [json.loads(line) for line in runs.read_text().splitlines()]
+    for each in kept:
+        del each["run"]["frame_mean_us"]
+    runs.write_text("".join(json.dumps(each) + "\n" for each in kept))
+    code, _, err = run("study", "choose", "--max-slip", "60mm", "--runs", str(runs))
+    assert code != 0
+    assert "holds lifts of an earlier version" in err
 
 
 @pytest.mark.parametrize("wrong", ["5", "5kg", "mm", "-1mm"])

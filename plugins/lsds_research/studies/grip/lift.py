@@ -129,7 +129,8 @@ def lift(what: Lift) -> dict[str, Any] | str:
         return f"{what.key}: {error}"
     after_s = CHANGES[what.change].get("cell.simulated.changes_after_s")
     found = asdict(what) | figures(session.summary, session.verdict, session.truths, closings, after_s)
-    found["frame_us"] = session.summary["frame_to_command_us"]["mean"]
+    found["frame_us"] = session.summary["frame_to_command_us"]["p50"]
+    found["frame_mean_us"] = session.summary["frame_to_command_us"]["mean"]
     simulated_ns = session.truths[-1].t_ns - session.truths[0].t_ns
     found["cost"] = (cpu_ns() - began_ns) / max(simulated_ns, 1)
     margin = session.verdict.force_margin

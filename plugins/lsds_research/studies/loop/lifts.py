@@ -79,7 +79,7 @@ def summarized(each: Configuration, rows: Sequence[Row]) -> Row:
         **each._asdict(),
         "runs": len(rows),
         "held": float(np.mean([row["held"] for row in rows])),
-        "frame_us": _median(rows, "frame_us"),
+        "frame_us": _median(rows, "frame_mean_us"),
         "cost": _median(rows, "cost"),
         "slip_mm": _median(met, "slip_mm"),
         "steady": _median([row for row in met if row["steady_over_needed"] is not None], "steady_over_needed"),

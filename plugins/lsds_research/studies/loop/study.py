@@ -75,6 +75,8 @@ def measured(
             backend_names(host, kind, [name])
     lifts = list(planned(options, seed))
     known, failures = run_and_store(lift, [what for _, what in lifts], options.out, options.jobs, "", tick)
+    if any("frame_mean_us" not in row for row in known.values()):
+        raise DataError(f"{options.out}: holds lifts of an earlier version, without mean times (choose another file)")
     rows = []
     for each in configurations(options):
         own = [known[what.key] for of, what in lifts if of == each and what.key in known]
