@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from lsds.cli.output import plain, require_writable, to_json, write_text
 from lsds.cli.study_output import drawn, shown
+from lsds.clock import utc_s
 from lsds.contracts.study import StudyTable
 from lsds.errors import DataError, MissingExtra
 from lsds.support.extras import require
@@ -46,7 +47,7 @@ def require_report(out: Path | None) -> None:
 
 def write_report(result: StudyResult, made: Made, out: Path) -> None:
     """Write the page, in place of an earlier one. Raises DataError if it cannot be written, and MissingExtra."""
-    write_text(page_of(result, made, datetime.now(UTC)), out)
+    write_text(page_of(result, made, datetime.fromtimestamp(utc_s(), UTC)), out)
 
 
 def page_of(result: StudyResult, made: Made, at: datetime) -> str:
