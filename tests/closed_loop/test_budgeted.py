@@ -40,3 +40,16 @@ def test_a_run_within_a_budget_is_the_same_again_and_when_it_is_replayed(tmp_pat
     assert lsds.replay(path).identical
     left_out = sum(message.topic.endswith("/skipped") for message in Recording(path).messages())
     assert left_out == first.summary["skipped_frames"] > 0
+
+
+def test_the_first_frame_after_a_new_reference_is_seen_in_full():
+    with lsds.bring_up(overrides=SCARCE) as engine:
+        line, renewed = engine.lines[0], False
+        for cycle in engine:
+            if renewed:
+                assert not cycle.fingers[0].skipped
+                break
+            if cycle.fingers[0].skipped:
+                renewed = line._retake(cycle.frame)
+                assert renewed
+    assert renewed
