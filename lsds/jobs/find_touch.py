@@ -64,6 +64,11 @@ class TouchGrasp:
         # Edges at which the gel shows a depth without contact, as a worn marker at the image's border may.
         self._false_edges: set[tuple[str, str]] = set()
 
+    @property
+    def touch_std_m(self) -> float:
+        """Standard deviation of `touch_m`, m: the touch lies between two frames."""
+        return self._finder.std_m
+
     def step(self, now: Situation) -> bool:
         """Advance; return whether the object is grasped. Raises SafetyStop where it cannot be, with the reason."""
         self._finder.see(now)

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 GRASP_STAGES = ("reference", "approach", "back off", "touch", "squeeze", "grasp")
 """Names of the stages of both ways to grasp."""
+AT_SPEED_STD_M = 1e-3
+"""Standard deviation of an aperture at touch that was found at the speed of a grasp, m; chosen."""
 
 
 class Grasping(Protocol):
@@ -39,6 +41,11 @@ class Grasping(Protocol):
     @property
     def touch_m(self) -> float:
         """Aperture at touch, m; NaN if not known."""
+        ...
+
+    @property
+    def touch_std_m(self) -> float:
+        """Standard deviation of that aperture, m."""
         ...
 
     def step(self, now: Situation) -> bool:
@@ -70,8 +77,13 @@ class Grasp:
 
     @property
     def touch_m(self) -> float:
-        """Aperture at touch, m. At this speed it is known to a millimetre only; NaN where none was seen."""
+        """Aperture at touch, m; NaN where none was seen."""
         return max(self._finder.touch_m, self._wanted.aperture_m) if self._finder.frames else math.nan
+
+    @property
+    def touch_std_m(self) -> float:
+        """Standard deviation of that aperture, m."""
+        return AT_SPEED_STD_M
 
     def step(self, now: Situation) -> bool:
         """Advance the stage; return whether the object is grasped. Raises SafetyStop if a stage takes too long."""

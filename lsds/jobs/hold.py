@@ -70,7 +70,7 @@ class HoldJob:
         if self._let_go:
             return self._release(now)
         if self.held:
-            return Wanted("hold", corrects=True, touch_m=self._grasp.touch_m)
+            return Wanted("hold", corrects=True, touch_m=self._grasp.touch_m, touch_std_m=self._grasp.touch_std_m)
         return Wanted(self._grasp.stage, grip=self._grasp.grip)
 
     def _release(self, now: Situation) -> Wanted:

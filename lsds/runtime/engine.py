@@ -314,7 +314,7 @@ class Engine:
         self.events.publish(cycle)
         # After the cycle is published, so that a recording has the frame that explains a stop.
         if self._watches_press and acting and grip.complete and math.isfinite(self._wanted.touch_m):
-            self._press.see(grip)
+            self._press.see(grip, self._wanted.touch_std_m)
         if self._yielding is not None:
             self._yielding.append(cycle)
             self.scheduler.stop()

@@ -124,3 +124,20 @@ def test_a_new_object_starts_again():
     feed(watch, CLOSING[:5], [2.0] * 5)
     watch.reset()
     feed(watch, CLOSING[4:], [2.0] * (len(CLOSING) - 4), start=5)
+
+
+def see_late(watch: PressWatch, squeezes_mm, late_mm: float, touch_std_m: float) -> None:
+    """Feed a sound gripper whose touch was noticed late, so that the squeeze looks smaller than it is."""
+    for at, squeeze_mm in enumerate(squeezes_mm):
+        normal_n = (squeeze_mm + late_mm) ** POWER
+        watch.see(GripEstimate(t_ns=at * FRAME_NS, squeeze_m=1e-3 * squeeze_mm, normal_n=normal_n), touch_std_m)
+
+
+@given(squeezes=st.lists(st.floats(0.3, 10), min_size=3, max_size=40), late_mm=st.floats(0, 2))
+def test_a_touch_that_was_noticed_late_is_no_fault_of_the_gripper(squeezes, late_mm):
+    see_late(PressWatch(POWER), squeezes, late_mm, 1e-3)
+
+
+def test_a_touch_that_was_noticed_late_must_not_be_called_exact():
+    with pytest.raises(SafetyStop):
+        see_late(PressWatch(POWER), [0.3] * 20 + [0.9] * 20, 2.0, 0.0)

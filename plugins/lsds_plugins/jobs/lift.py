@@ -61,7 +61,7 @@ class _Lift:
         self._task = setting.task
         self._by_touch = setting.task.grasp == "touch" and setting.gripper is not None
         self._grasp = begin_grasp(setting.task, setting)
-        self._touch_m = math.nan
+        self._touch_m = self._touch_std_m = math.nan
         self._hangs = False
         self._left_s = setting.task.lift_s
 
@@ -71,7 +71,7 @@ class _Lift:
         now = yield Wanted("begin")
         while not grasp.step(now):
             now = yield Wanted(grasp.stage, grip=grasp.grip)
-        self._touch_m = grasp.touch_m
+        self._touch_m, self._touch_std_m = grasp.touch_m, grasp.touch_std_m
         now = yield from self._timed(Wanted("settle"), task.settle_s, now)
         if self._by_touch and task.lift_s > 0 and task.lift_speed_m_s > 0:
             if task.probe:
@@ -121,6 +121,7 @@ class _Lift:
             twist=Twist(linear_m_s=(0.0, 0.0, speed_m_s)),
             acceleration_m_s2=self._task.lift_acceleration_m_s2,
             touch_m=self._touch_m,
+            touch_std_m=self._touch_std_m,
         )
 
 

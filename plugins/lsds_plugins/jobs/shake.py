@@ -86,7 +86,7 @@ class ShakeJob:
             _Part("still", own.still_s, 0.0),
         )
         self._grasp: Grasping | None = begin_grasp(firm, setting)
-        self._touch_m = math.nan
+        self._touch_m = self._touch_std_m = math.nan
         self._at, self._since_ns = 0, setting.t_ns
         self._floor_m: float | None = None
 
@@ -95,7 +95,7 @@ class ShakeJob:
         if self._grasp is not None:
             if not self._grasp.step(now):
                 return Wanted(self._grasp.stage, grip=self._grasp.grip)
-            self._touch_m = self._grasp.touch_m
+            self._touch_m, self._touch_std_m = self._grasp.touch_m, self._grasp.touch_std_m
             self._grasp, self._since_ns = None, now.t_ns
         height_m = None if now.arm is None else now.arm.tcp_pose.position_m[2]
         if self._floor_m is None:
@@ -112,6 +112,7 @@ class ShakeJob:
             twist=Twist(linear_m_s=(0.0, 0.0, velocity)),
             acceleration_m_s2=self._acceleration_of(part),
             touch_m=self._touch_m,
+            touch_std_m=self._touch_std_m,
         )
 
     def _is_over(self, part: _Part, height_m: float | None, now_ns: int) -> bool:

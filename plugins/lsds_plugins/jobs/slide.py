@@ -45,7 +45,7 @@ class SlideJob:
         own = self._options
         self._acceleration = setting.task.lift_acceleration_m_s2
         self._grasp: Grasping | None = begin_grasp(setting.task, setting)
-        self._touch_m = math.nan
+        self._touch_m = self._touch_std_m = math.nan
         self._stages = [("settle", setting.task.settle_s), ("slide", own.slide_s), ("hold", own.hold_s)]
         self._ends_ns = 0
 
@@ -54,7 +54,7 @@ class SlideJob:
         if self._grasp is not None:
             if not self._grasp.step(now):
                 return Wanted(self._grasp.stage, grip=self._grasp.grip)
-            self._touch_m = self._grasp.touch_m
+            self._touch_m, self._touch_std_m = self._grasp.touch_m, self._grasp.touch_std_m
             self._grasp, self._ends_ns = None, now.t_ns + nanoseconds(self._stages[0][1])
         while now.t_ns >= self._ends_ns:
             self._stages.pop(0)
@@ -71,5 +71,6 @@ class SlideJob:
             twist=Twist((0.0, 0.0, own.speed_m_s), (0.0, own.turn_rad_s, 0.0)) if slides else Twist(),
             acceleration_m_s2=self._acceleration,
             touch_m=self._touch_m,
+            touch_std_m=self._touch_std_m,
             slide=Slide(abs(own.speed_m_s), abs(own.turn_rad_s)) if slides else None,
         )
