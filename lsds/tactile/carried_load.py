@@ -33,6 +33,9 @@ LEAST_EVIDENCE_N = 0.03
 """Minimum load that is evidence of friction, N: noise and creep of the gel reach this value."""
 MEDIAN_FRAMES = 3
 """Number of frames whose median load, or normal force, counts: one frame alone may be wrong."""
+GREATEST_FRICTION = 2.2
+"""Maximum load over a normal force that can belong to it: rubber on common materials has up to 1.1, and the force
+by the imprint of a gel that is not calibrated may be half of the true one."""
 
 
 class CarriedLoad:
@@ -40,8 +43,8 @@ class CarriedLoad:
 
     `reach_m` is the least reach of a finger's contact along its load (`reach_of`), NaN if unknown.
     `stale` is true if some finger measures no load now, so that its last one is used, and `fresh` if some finger does
-    measure one. `normal_n` is the maximum normal
-    force per finger, NaN if no finger estimates one.
+    measure one. `normal_n` is the maximum normal force per finger, NaN if no finger estimates one. An estimate that
+    could not carry the load, as that of an edge or a bump where a smooth face carries, is none.
     """
 
     def __init__(self) -> None:
@@ -57,18 +60,23 @@ class CarriedLoad:
     def take(self, t_ns: int, fingers: Sequence[FingerCycle]) -> None:
         """Take the fingers' observations at a time. Repeated frames are ignored."""
         measured = set()
-        normals = []
+        normals: dict[str, float] = {}
         for finger in fingers:
             load = finger.observation.load
             if load is None:
                 continue
             measured.add(finger.finger)
-            normals.append(load.normal_n)
+            normals[finger.finger] = load.normal_n
             if self._seen_ns.get(finger.finger) != finger.observation.t_ns:
                 self._seen_ns[finger.finger] = finger.observation.t_ns
                 self._take(finger, load, t_ns)
         self.reach_m = min(filter(math.isfinite, self._reach_m.values()), default=math.nan)
-        self.normal_n = max(filter(math.isfinite, normals), default=math.nan)
+        carrying = (
+            normal_n
+            for name, normal_n in normals.items()
+            if normal_n > 0 and not normal_n * GREATEST_FRICTION < self._last.get(name, (0.0,))[-1]
+        )
+        self.normal_n = max(carrying, default=math.nan)
         self.stale, self.fresh = not self._last.keys() <= measured, bool(self._last.keys() & measured)
         if not self._last:
             return

@@ -51,6 +51,15 @@ def test_the_carried_load_counts_torque():
     assert carried.now_n == pytest.approx(math.sqrt(2))
 
 
+@pytest.mark.parametrize(("normal_n", "load_n", "known"), [(0.17, 0.0, True), (0.17, 1.9, False), (2.0, 1.9, True)])
+def test_a_normal_force_that_could_not_carry_the_load_is_unknown(normal_n, load_n, known):
+    """Simulated: the imprint of a smooth box showed a bump of it only, with 0.17 N of 3.1."""
+    carried = CarriedLoad()
+    for k, now_n in enumerate([0.0, load_n]):
+        carried.take(k * 40_000_000, [finger(ContactLoad((0.0, now_n), 0.0, 0.01, 0.001, normal_n), k * 40_000_000)])
+    assert math.isfinite(carried.normal_n) is known
+
+
 @pytest.mark.parametrize("squeeze_mm", [1.0, 2.0])
 def test_an_object_gripped_off_centre_does_not_turn_far(squeeze_mm, installed_host):
     config = [
