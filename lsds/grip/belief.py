@@ -97,17 +97,23 @@ class GripBelief:
         self._drifted_s = self._changed_s = 0.0
         self._last_f = self._last_s = math.nan
         self._unmeasured_s = 0.0
+        self._slips = float(self.slide.sum())
 
     @property
     def slips(self) -> float:
         """Probability that the object slides."""
-        return float(self.slide.sum())
+        return self._slips
 
     def limit_n(self, squeeze_mm: float) -> tuple[float, float]:
         """Return the friction limit of a finger at a squeeze (N), and one standard deviation of it."""
-        by_r = self.stick.sum(axis=0) + self.slide.sum(axis=0)
-        mean = float(by_r @ self._ln_r)
-        spread = math.sqrt(max(float(by_r @ (self._ln_r - mean) ** 2), 0.0))
+        if self._compiled:
+            from lsds.grip.compiled_belief import limit_of
+
+            mean, spread = limit_of(self.stick, self.slide, self._ln_r)
+        else:
+            by_r = self.stick.sum(axis=0) + self.slide.sum(axis=0)
+            mean = float(by_r @ self._ln_r)
+            spread = math.sqrt(max(float(by_r @ (self._ln_r - mean) ** 2), 0.0))
         limit_n = math.exp(mean) * squeeze_mm**self.options.power
         return limit_n, limit_n * spread
 
@@ -197,6 +203,7 @@ class GripBelief:
         share = expected(1.0) / np.maximum(before, 1e-12)
         total = float((self.stick @ share).sum() + (self.slide @ share).sum())
         self.stick, self.slide = self.stick * (share / total), self.slide * (share / total)
+        self._slips = float(self.slide.sum())
 
     def _limits(self, ln_middle: float, spread: float) -> Floats:
         """Return log-normal probabilities of the friction limits of the grid."""
@@ -224,19 +231,20 @@ class GripBelief:
         # A sliding object has to be stopped by kinetic friction, which carries less.
         shift = round((self._ln_kinetic + math.log(braking)) / GRID_STEP)
         if self._compiled:
-            from lsds.grip.compiled_belief import needs_of
+            from lsds.grip.compiled_belief import need_of
 
-            mass = needs_of(self.stick, self.slide, cap, shift)
+            step = need_of(self.stick, self.slide, cap, shift, risk)
         else:
-            mass = self._needs_of(cap, shift)
-        beyond = np.cumsum(mass[::-1])[::-1]
-        at = int(np.searchsorted(-beyond, -risk))
-        at = min(at, len(self._ln_need) - 1)
-        # Between two steps, linear in probability.
-        upper = beyond[at - 1] if at else 1.0
-        part = (upper - risk) / max(upper - beyond[at], 1e-12)
-        ln_need = self._ln_need[at] - GRID_STEP * (1 - part) + math.log(margin)
+            step = self._need_of(cap, shift, risk)
+        ln_need = self._ln_need[0] + GRID_STEP * step + math.log(margin)
         return math.exp(ln_need / self.options.power)
+
+    def _need_of(self, cap: int, shift: int, risk: float) -> float:
+        """Return the step of ln (W / r) that is exceeded with a probability of `risk`, between two steps linearly."""
+        beyond = np.cumsum(self._needs_of(cap, shift)[::-1])[::-1]
+        at = min(int(np.searchsorted(-beyond, -risk)), len(beyond) - 1)
+        upper = beyond[at - 1] if at else 1.0
+        return float(at - 1 + (upper - risk) / max(upper - beyond[at], 1e-12))
 
     def _needs_of(self, cap: int, shift: int) -> Floats:
         """Return the mass by ln (W / r): of what sticks with loads up to `cap`, and of what slides, `shift` above."""
@@ -266,9 +274,16 @@ class GripBelief:
         # Some slides are never seen: of those the detector's silence says nothing.
         slides = self._unseen + (1 - self._unseen) * likelihood
         self._unseen /= slides
-        total = float(self.stick.sum()) + slides * float(self.slide.sum())
+        if self._compiled:
+            from lsds.grip.compiled_belief import weigh
+
+            self._slips = weigh(self.stick, self.slide, slides)
+            return
+        slid = slides * float(self.slide.sum())
+        total = float(self.stick.sum()) + slid
         self.stick /= total
         self.slide *= slides / total
+        self._slips = slid / total
 
     def _drift(self, dt_s: float, changed: bool) -> float:
         """Let load and limit drift and jump; return what has begun to slide."""

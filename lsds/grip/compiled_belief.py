@@ -111,22 +111,59 @@ def walk(mass: Floats, share: float, along_limit: bool) -> None:
 
 
 @compiled
-def needs_of(stick: Floats, slide: Floats, cap: int, shift: int) -> Floats:
-    """Return the mass (loads + limits - 1,) by ln (W / r), of both hypotheses.
+def weigh(stick: Floats, slide: Floats, likelihood: float) -> float:
+    """Weigh slide against stick, and make the sum of all 1 again, in place; return the probability of a slide."""
+    sticks, slides = 0.0, 0.0
+    for i in range(len(stick)):
+        for j in range(stick.shape[1]):
+            sticks += stick[i, j]
+            slides += slide[i, j]
+    total = sticks + likelihood * slides
+    for i in range(len(stick)):
+        for j in range(stick.shape[1]):
+            stick[i, j] /= total
+            slide[i, j] *= likelihood / total
+    return likelihood * slides / total
+
+
+@compiled
+def limit_of(stick: Floats, slide: Floats, ln_r: Floats) -> tuple[float, float]:
+    """Return mean and standard deviation of the logarithm of the friction limit."""
+    by_r = np.zeros(len(ln_r))
+    for i in range(len(stick)):
+        for j in range(len(ln_r)):
+            by_r[j] += stick[i, j] + slide[i, j]
+    mean = variance = 0.0
+    for j in range(len(ln_r)):
+        mean += by_r[j] * ln_r[j]
+    for j in range(len(ln_r)):
+        variance += by_r[j] * (ln_r[j] - mean) ** 2
+    return mean, math.sqrt(max(variance, 0.0))
+
+
+@compiled
+def need_of(stick: Floats, slide: Floats, cap: int, shift: int, risk: float) -> float:
+    """Return the step of ln (W / r) that is exceeded with a probability of `risk`, between two steps linearly.
 
     Loads above `cap` count as `cap` if the object sticks. A sliding object needs `shift` steps more.
     """
     loads, limits = stick.shape
-    mass = np.zeros(loads + limits - 1)
+    last = loads + limits - 2
+    mass = np.zeros(last + 1)
     for i in range(loads):
         row, other, at = stick[i], slide[i], min(i, cap)
         for j in range(limits):
             mass[at - j + limits - 1] += row[j]
         for j in range(limits):
             k = i - j + limits - 1 + shift
-            if 0 <= k < len(mass):
+            if 0 <= k <= last:
                 mass[k] += other[j]
-    return mass
+    at, beyond = last, mass[last]
+    while at > 0 and beyond + mass[at - 1] <= risk:
+        at -= 1
+        beyond += mass[at]
+    upper = beyond + mass[at - 1] if at else 1.0
+    return at - 1 + (upper - risk) / max(upper - beyond, 1e-12)
 
 
 @compiled
@@ -146,4 +183,6 @@ def prepare() -> None:
     axes = (np.zeros(2), np.zeros(3), np.zeros(4), np.full(2, 0.5), np.full(3, 0.3))
     advance(stick, slide, axes, 0.0, (0.0, 0.0, 1.0), (0.5, 0.0, 1.0), (0.0, 0.1, 0.1, 0.5, 0.1), (0.1, 0.1))
     walk(stick, 0.1, False)
-    needs_of(stick, slide, 1, 0)
+    need_of(stick, slide, 1, 0, 0.1)
+    weigh(stick, slide, 1.0)
+    limit_of(stick, slide, axes[1])

@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from statistics import fmean, median
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
 
 from lsds.clock import nanoseconds
@@ -110,8 +111,10 @@ def reach_of(contact: ContactPatch | None, along: Vector2) -> float:
     length = math.hypot(*along)
     if contact is None or not length > 0:
         return math.nan
-    row, column = np.nonzero(contact.depth_m > contact.threshold_m)
-    if not len(row):
+    pressed = (contact.depth_m > contact.threshold_m).view(np.uint8)
+    moments = cv2.moments(pressed, binaryImage=True)
+    if not moments["m00"]:
         return math.nan
-    at = (along[0] * column + along[1] * row) * (contact.pitch_m / length)
-    return 2 * float(at.std())
+    x, y = along[0] / length, along[1] / length
+    about_mean = x * x * moments["mu20"] + 2 * x * y * moments["mu11"] + y * y * moments["mu02"]
+    return 2 * contact.pitch_m * math.sqrt(max(about_mean, 0.0) / moments["m00"])
