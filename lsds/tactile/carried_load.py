@@ -45,7 +45,7 @@ class CarriedLoad:
     `reach_m` is the least reach of a finger's contact along its load (`reach_of`), NaN if unknown.
     `stale` is true if some finger measures no load now, so that its last one is used, and `fresh` if some finger does
     measure one. `normal_n` is the maximum normal force per finger, NaN if no finger estimates one. An estimate that
-    could not carry the load, as that of an edge or a bump where a smooth face carries, is none.
+    could not carry the load is left out, as that of a bump of a smooth face.
     """
 
     def __init__(self) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 from lsds.config.overrides import override_texts
 from lsds_research.studies.grip.lift import Lift
 
-DEVELOPMENT = frozenset({0, *range(1000, 1015)})
+DEVELOPMENT = frozenset({0, *range(1000, 1016)})
 """Draws on which controllers were tuned."""
 SHAPES = ("cylinder", "sphere", "box", "edge")
 TEXTURES = ("smooth", "bumps", "pores", "weave")
