@@ -164,3 +164,25 @@ def test_a_rate_that_is_none_is_refused():
 
     with lsds.bring_up(overrides=[WINKLER]) as engine, pytest.raises(ConfigError, match="0 Hz is not a rate"):
         engine.every("never", print, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "exact"),
+    [
+        (["task.lift_s=0.5"], True),
+        (["job.backend=shake", "job.shake.still_s=0.2", "job.shake.lift_s=0.3", "job.shake.corrects=true"], True),
+        (["job.backend=slide", "job.slide.slide_s=0.5"], True),
+        (["job.backend=hold", "job.hold.duration_s=0.5"], True),
+        (["task.grasp=aperture", "task.lift_s=0.5"], False),
+    ],
+)
+def test_the_watch_on_closings_gets_how_exactly_the_touch_is_known(options, exact, monkeypatch):
+    stds_m = []
+    monkeypatch.setattr(
+        "lsds.safety.press_watch.PressWatch.see", lambda watch, grip, touch_std_m: stds_m.append(touch_std_m)
+    )
+    session = lsds.run(lsds.load_config(None, [WINKLER, "task.settle_s=0.1", "task.hold_s=0.1", *options]))
+    assert session.fault is None, session.fault
+    assert stds_m
+    # Between two frames at 5 mm/s, or at the speed of a grasp.
+    assert all(0 < std_m < 2e-4 if exact else std_m == 1e-3 for std_m in stds_m)
