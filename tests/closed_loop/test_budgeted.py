@@ -53,3 +53,14 @@ def test_the_first_frame_after_a_new_reference_is_seen_in_full():
                 renewed = line._retake(cycle.frame)
                 assert renewed
     assert renewed
+
+
+def test_a_frame_in_which_markers_are_lost_is_seen_in_full():
+    """Simulated: a tracker that loses a part of the markers again and again, within a budget that leaves out others."""
+    fingers = []
+    loses = 'faults=[{backend = "tracker-loses", at = "lift", severity = 2}]'
+    lsds.run(overrides=[*SCARCE, loses], observe=lambda cycle: fingers.extend(cycle.fingers))
+    losing = [now for now in fingers if now.observation.lost_share > 0]
+    assert any(now.skipped for now in fingers)
+    assert losing
+    assert not any(now.skipped for now in losing)

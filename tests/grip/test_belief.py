@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lsds.contracts import Detection, SlipEstimate
-from lsds.grip.belief import MEDIAN_FRICTION, GripBelief
+from lsds.grip.belief import FORGET_S, MEDIAN_FRICTION, WET_SHARE, GripBelief
 from lsds.grip.evidence import MOST_EVIDENCE, SlipEvidence, probability
 from lsds.grip.options import GripOptions
 
@@ -286,6 +286,9 @@ def test_the_compiled_belief_is_the_same(frames):
         assert fast.slide == pytest.approx(portable.slide, rel=1e-6, abs=1e-12)
         needs = [belief.squeeze_mm(0.25, 1.2, max(load_n, 0.03), 1.1) for belief in (portable, fast)]
         assert needs[1] == pytest.approx(needs[0], rel=1e-6)
+        for risk in (0.01, 0.05, 0.35, 0.9):
+            assert fast.squeeze_mm(risk, 1.0, 25.0) == pytest.approx(portable.squeeze_mm(risk, 1.0, 25.0), rel=1e-6)
+        assert fast.limit_n(squeeze_mm) == pytest.approx(portable.limit_n(squeeze_mm), rel=1e-6)
         assert fast.slips == pytest.approx(portable.slips, rel=1e-6, abs=1e-12)
         assert fast.limit_n(squeeze_mm) == pytest.approx(portable.limit_n(squeeze_mm), rel=1e-6)
 
@@ -308,3 +311,41 @@ def test_without_any_load_an_alarm_stays_an_alarm():
         belief.weigh(evidence, 2.0, FRAME_S)
     assert belief.slips > 0.75
     assert belief.stick.sum() + belief.slide.sum() == pytest.approx(1.0)
+
+
+def test_the_greatest_load_fades_whether_or_not_a_load_is_measured():
+    fades = []
+    for measured in (True, False):
+        belief = GripBelief(OPTIONS, 0.105)
+        belief.update(1.0, 2.0, FRAME_S, 0.0)
+        before = belief._greatest
+        for _ in range(50):
+            if measured:
+                belief.update(0.01, 2.0, FRAME_S, 0.0)
+            else:
+                belief.weigh(0.0, 2.0, FRAME_S)
+        fades.append(belief._greatest - before)
+    assert fades[1] == pytest.approx(fades[0]) == pytest.approx(-50 * FRAME_S / FORGET_S)
+
+
+def test_a_surface_that_gets_wet_keeps_half_of_its_friction():
+    """Half of the jumps are those of friction, the others of the load."""
+    belief = GripBelief(GripOptions(jumps_hz=1.0), 0.105)
+    belief.know_normal(4.0, 2.0)
+    dry_n, _ = belief.limit_n(2.0)
+    for _ in range(500):
+        belief.weigh(0.0, math.nan, FRAME_S)
+    assert belief.limit_n(2.0)[0] == pytest.approx(math.sqrt(WET_SHARE) * dry_n, rel=0.1)
+
+
+def test_a_load_that_rose_while_it_was_not_measured_rose_slowly():
+    """The rise counts over the time since the last load, not over one round."""
+    heavier = []
+    for rounds in (0, 20):
+        belief = GripBelief(OPTIONS, 0.105)
+        belief.update(1.0, 4.0, FRAME_S, 0.0)
+        for _ in range(rounds):
+            belief.weigh(0.0, 4.0, FRAME_S)
+        belief.update(1.1, 4.0, FRAME_S, 0.0)
+        heavier.append(float(belief.stick[belief.load_n > 1.6].sum()))
+    assert heavier[1] < 0.5 * heavier[0]

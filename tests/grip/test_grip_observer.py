@@ -157,3 +157,18 @@ def test_a_finger_without_a_zero_makes_no_load_fresh():
     carried.take(late_ns, [seen_by("a", late_ns, None), seen_by("b", late_ns, load)])
     assert carried.stale
     assert not carried.fresh
+
+
+@pytest.mark.parametrize("measured", [True, False])
+def test_the_load_may_rise_by_all_of_the_arm_s_way_since_the_last_load(measured, monkeypatch):
+    moved_mm = []
+    monkeypatch.setattr(
+        "lsds.grip.belief.GripBelief.update", lambda belief, *seen: moved_mm.append(seen[-1]), raising=True
+    )
+    observer = GripObserver(GripOptions(), 0.12)
+    for k in range(4):
+        load = ContactLoad((0.0, 0.0 if k == 0 else 0.5), 0.0, 0.01, 0.001) if measured or k in {0, 3} else None
+        at = {"aperture_m": 0.030, "touch_m": 0.032, "fingers": (seen_by("finger", k * FRAME_NS, load),)}
+        grip = GripEstimate(t_ns=k * FRAME_NS, dt_s=0.04, detection=STILL, estimate=ABSTAINED, **at)
+        observer.update(grip, speed_m_s=0.01)
+    assert moved_mm[-1] == pytest.approx(0.4 if measured else 1.2)
