@@ -32,7 +32,8 @@ class MujocoFingertip:
         self._data = data
         self.pad_body, self.pad_pose = _frame(model, data, pad)
         self.target_body, self.target_pose = _frame(model, data, target)
-        self._added = {self.pad_body: np.zeros(6), self.target_body: np.zeros(6)}
+        #: What `feel` has added to the applied force and torque of a body.
+        self.added = {self.pad_body: np.zeros(6), self.target_body: np.zeros(6)}
 
     def feel(self, dt_s: float) -> None:
         """Step the fingertip to the scene's present poses, and let its wrench act on both bodies."""
@@ -44,8 +45,8 @@ class MujocoFingertip:
             own = sign * wrench
             own[3:] += moment_of(arm, own[:3])
             # Other forces on the bodies stay as they are.
-            self._data.xfrc_applied[body] += own - self._added[body]
-            self._added[body] = own
+            self._data.xfrc_applied[body] += own - self.added[body]
+            self.added[body] = own
 
     def see(self, dt_s: float, normal_n: float) -> None:
         """Step the fingertip to the scene's present poses under the normal force of the scene's own contact."""
@@ -54,7 +55,7 @@ class MujocoFingertip:
     def forget(self) -> None:
         """Begin a new trial after the scene was reset, which also cleared the applied forces."""
         self.tip.restart()
-        self._added = {body: np.zeros(6) for body in self._added}
+        self.added = {body: np.zeros(6) for body in self.added}
 
 
 class MujocoScene:
@@ -90,6 +91,7 @@ class MujocoScene:
                 self._count = 0
                 for fingertip in self.fingertips:
                     fingertip.forget()
+            self._restore()
             mujoco.mj_step(model, data)
             self._time_s = float(data.time)
             self._count += 1
@@ -98,6 +100,12 @@ class MujocoScene:
                 mujoco.mj_kinematics(model, data)
                 mujoco.mj_comPos(model, data)
                 self._touch(self._every * float(model.opt.timestep))
+
+    def _restore(self) -> None:
+        """Apply the wrenches again where a program has cleared the applied forces."""
+        bodies = {body for fingertip in self.fingertips for body in fingertip.added}
+        for body in (body for body in bodies if not self.data.xfrc_applied[body].any()):
+            self.data.xfrc_applied[body] = sum(fingertip.added.get(body, 0.0) for fingertip in self.fingertips)
 
     def _touch(self, dt_s: float) -> None:
         for fingertip in self.fingertips:

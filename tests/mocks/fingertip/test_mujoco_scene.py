@@ -67,6 +67,18 @@ def test_the_tangential_force_rises_with_the_load():
     assert forces == pytest.approx(WEIGHT_N + np.arange(0.0, 6.0), rel=0.02)
 
 
+@pytest.mark.parametrize("steps", [1, 5])
+def test_a_program_that_clears_the_applied_forces_does_not_clear_the_grip(steps):
+    kept, cleared = lifted(), lifted()
+    for _ in range(40):
+        cleared.data.xfrc_applied[:] = 0.0
+        kept.step(steps)
+        cleared.step(steps)
+    assert cleared.data.qpos == pytest.approx(kept.data.qpos, abs=1e-9)
+    forces = [np.array([truth.force_n for truth in truths(scene)]) for scene in (cleared, kept)]
+    assert forces[0] == pytest.approx(forces[1], abs=1e-6)
+
+
 def test_the_pipe_slips_when_friction_no_longer_carries_it():
     """The grip weakens until the first gross slip: there the tangential force is friction times the normal force."""
     scene = lifted(grip_n=4.0)
