@@ -183,6 +183,26 @@ class GripBelief:
         )
         return begun
 
+    def rescale(self, before_mm: float, now_mm: float) -> None:
+        """Take another touch into account: what was counted as a squeeze of `before_mm` is one of `now_mm` (mm).
+
+        The friction limit there stays.
+        """
+        ln_shift = self.options.power * math.log(before_mm / now_mm)
+        at = np.arange(len(self._ln_r)) + ln_shift / GRID_STEP
+        first = np.floor(at).astype(np.int64)
+        part = at - first
+
+        def shifted(mass: Floats) -> Floats:
+            # The edges of the grid keep what leaves it.
+            out = np.zeros_like(mass)
+            for k, share in ((0, 1 - part), (1, part)):
+                np.add.at(out.T, np.clip(first + k, 0, len(first) - 1), (share * mass).T)
+            return out
+
+        self.stick, self.slide, self._prior_r = shifted(self.stick), shifted(self.slide), shifted(self._prior_r)
+        self._greatest += ln_shift
+
     def know_normal(self, normal_n: float, squeeze_mm: float) -> None:
         """Take the normal force at a squeeze, once for a grip: the limit is friction times it, and hardly less than
         `LEAST_FRICTION` times it.

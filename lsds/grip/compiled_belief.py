@@ -163,7 +163,7 @@ def need_of(stick: Floats, slide: Floats, cap: int, shift: int, risk: float) -> 
         at -= 1
         beyond += mass[at]
     upper = beyond + mass[at - 1] if at else 1.0
-    return at - 1 + (upper - risk) / max(upper - beyond, 1e-12)
+    return float(at - 1 + (upper - risk) / max(upper - beyond, 1e-12))
 
 
 @compiled

@@ -15,6 +15,7 @@ from lsds.grip.rising_load import RisingLoad
 from lsds.tactile.bridging import VelocityBridge
 from lsds.tactile.carried_load import LEAST_EVIDENCE_N, MEDIAN_FRAMES, CarriedLoad
 from lsds.tactile.contact_load import speed_of
+from lsds.tactile.touch_offset import LEAST_STD_M, MISTAKEN_STD_M, TouchOffset
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -65,17 +66,26 @@ class GripObserver:
         self._counted: dict[str, int] = {}
         self._round_s = self._unmeasured_s = self._fastest_m_s = 0.0
         self._speeds: deque[tuple[int, float]] = deque()
-        self._touch_m = self._squeeze_m = self._before_n = math.nan
+        self._noticed_m = self._touch_m = self._squeeze_m = self._left_m = self._before_n = math.nan
+        self._offset, self._offset_m = TouchOffset(self._options.power), 0.0
         self._changed_ns = -nanoseconds(1.0)
         self._squeezes = 0
         self._normals: list[float] = []
         self._believed: dict[str, Any] = {}
 
-    def update(self, seen: GripEstimate, *, supported: bool = False, speed_m_s: float = math.inf) -> GripEstimate:
+    def update(
+        self,
+        seen: GripEstimate,
+        *,
+        supported: bool = False,
+        speed_m_s: float = math.inf,
+        touch_std_m: float = LEAST_STD_M,
+    ) -> GripEstimate:
         """Take what is seen in a frame; return it with what is believed.
 
-        `speed_m_s` is the arm's, `supported` whether the object may still stand on its support. Without an aperture,
-        as where there is no gripper, only the evidence of slip counts.
+        `speed_m_s` is the arm's, `supported` whether the object may still stand on its support, `touch_std_m` the
+        standard deviation of the touch. Without an aperture, as where there is no gripper, only the evidence of slip
+        counts.
         """
         self.load.take(seen.t_ns, seen.fingers)
         estimate, bridged = self._bridge.update(seen.estimate, seen.dt_s)
@@ -84,23 +94,32 @@ class GripObserver:
         # The arm may still move as fast as was wanted a while ago.
         while self._speeds[0][0] < seen.t_ns - nanoseconds(self._answer_s):
             self._speeds.popleft()
-        squeeze_m = self._see_squeeze(seen)
+        squeeze_m = self._see_squeeze(seen, touch_std_m)
         complete = self._completes(seen.fingers) or not self._believed
         if complete:
             self._believed = self._believe(seen, squeeze_m, estimate, supported, speed_m_s)
         return replace(seen, estimate=estimate, bridged=bridged, complete=complete, **self._believed)
 
-    def _see_squeeze(self, seen: GripEstimate) -> float:
-        """Note touch, and when the squeeze changes; return the squeeze (m)."""
+    def _see_squeeze(self, seen: GripEstimate, touch_std_m: float) -> float:
+        """Note touch, and when the squeeze changes; return the squeeze (m), counted from where the object begins."""
         if math.isfinite(seen.touch_m):
-            self._touch_m = seen.touch_m
-        elif not math.isfinite(self._touch_m):
-            self._touch_m = seen.aperture_m + ASSUMED_SQUEEZE_M
-        squeeze_m = max(self._touch_m - seen.aperture_m, LEAST_SQUEEZE_M)
-        if not abs(squeeze_m - self._squeeze_m) < CHANGED_SQUEEZE_M:
-            self._changed_ns, self._squeeze_m = seen.t_ns, squeeze_m
-            self._squeezes += math.isfinite(squeeze_m)
-        return squeeze_m
+            self._noticed_m = seen.touch_m
+        elif not math.isfinite(self._noticed_m):
+            self._noticed_m, touch_std_m = seen.aperture_m + ASSUMED_SQUEEZE_M, MISTAKEN_STD_M
+        closed_m = self._noticed_m - seen.aperture_m
+        if not abs(closed_m - self._squeeze_m) < CHANGED_SQUEEZE_M:
+            self._left_m = self._squeeze_m if math.isfinite(self._squeeze_m) else closed_m
+            self._changed_ns, self._squeeze_m = seen.t_ns, closed_m
+            self._squeezes += math.isfinite(closed_m)
+        offset_m = self._offset.take(closed_m, self.load.normal_n, touch_std_m)
+        if abs(offset_m - self._offset_m) > CHANGED_SQUEEZE_M:
+            # The limit was learnt at the squeeze before.
+            before_m, now_m = (max(self._left_m - each_m, LEAST_SQUEEZE_M) for each_m in (self._offset_m, offset_m))
+            self.belief.rescale(1e3 * before_m, 1e3 * now_m)
+            self._rising.forget()
+            self._offset_m = offset_m
+        self._touch_m = self._noticed_m - self._offset_m
+        return max(closed_m - self._offset_m, LEAST_SQUEEZE_M)
 
     def _completes(self, fingers: Sequence[FingerCycle]) -> bool:
         """Return whether each finger has shown something since the last round: fingers are seen one after the other,

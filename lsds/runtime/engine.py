@@ -288,7 +288,12 @@ class Engine:
             touch_m=self._wanted.touch_m,
         )
         if acting or self._rig.gripper is None:
-            grip = self._grip.update(grip, supported=self._wanted.supported, speed_m_s=_speed_m_s(self._wanted.twist))
+            grip = self._grip.update(
+                grip,
+                supported=self._wanted.supported,
+                speed_m_s=_speed_m_s(self._wanted.twist),
+                touch_std_m=self._wanted.touch_std_m,
+            )
         if acting and grip.slips > SLIP_STAGE_PROBABILITY:
             self._rig.stages.enter(SLIP, now_ns)
         command = None
@@ -314,7 +319,8 @@ class Engine:
         self.events.publish(cycle)
         # After the cycle is published, so that a recording has the frame that explains a stop.
         if self._watches_press and acting and grip.complete and math.isfinite(self._wanted.touch_m):
-            self._press.see(grip, self._wanted.touch_std_m)
+            noticed_m, std_m = self._wanted.touch_m, self._wanted.touch_std_m
+            self._press.see(grip, noticed_m - grip.aperture_m, std_m)
         if self._yielding is not None:
             self._yielding.append(cycle)
             self.scheduler.stop()

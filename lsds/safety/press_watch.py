@@ -73,16 +73,17 @@ class PressWatch:
         self._noise, self._decay = FIRST_NOISE, 0.0
         self._follows = False
 
-    def see(self, grip: GripEstimate, touch_std_m: float = 0.0) -> None:
+    def see(self, grip: GripEstimate, squeeze_m: float, touch_std_m: float = 0.0) -> None:
         """Take a round of the grip; nothing is judged while a short contact may slide. Raises SafetyStop as `take`.
 
-        A touch that was noticed late makes the squeeze look smaller than it is, and its growth greater: the squeeze
-        counts with NOISE_STDS times the standard deviation `touch_std_m` of the touch added.
+        `squeeze_m` is counted from the touch that was noticed, not from the one that the normal force suggests. A touch
+        that was noticed late makes it look smaller than it is, and its growth greater: it counts with NOISE_STDS times
+        the standard deviation `touch_std_m` of the touch added.
         """
         if grip.slips > MAY_SLIDE and grip.reach_m < SHORT_REACH_M:
             self.reset()
         else:
-            self.take(grip.t_ns, grip.squeeze_m + NOISE_STDS * touch_std_m, grip.normal_n)
+            self.take(grip.t_ns, squeeze_m + NOISE_STDS * touch_std_m, grip.normal_n)
 
     def take(self, t_ns: int, squeeze_m: float, normal_n: float) -> None:
         """Take the reported squeeze (m) at the time of a frame and the normal force (N) that the frame shows.

@@ -127,3 +127,12 @@ def test_an_object_that_slides_for_ever_does_not_hold_up_the_run(installed_host)
     session = run(None, ["controller.backend=pd", "controller.pd.literal_sign=true"])
     assert session.truths[-1].t_ns < 25e9
     assert session.summary["outcome"] != "held"
+
+
+def test_a_touch_that_was_noticed_too_early_does_not_close_the_fingers_too_far():
+    """On this gel the touch is noticed 1.1 mm before the pipe. It was closed to 5.2 times the needed force."""
+    keys = ["seed=502", "sensor.mock-gelsight-mini.gel=502", "task.first_squeeze_m=0.0014", "task.lift_s=1.2"]
+    session = run(None, keys)
+    assert session.summary["outcome"] == "held"
+    needed_n = max(truth.required_normal_force_n for truth in session.truths)
+    assert max(truth.normal_force_n for truth in session.truths) < 2 * needed_n

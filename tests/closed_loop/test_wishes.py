@@ -179,7 +179,7 @@ def test_a_rate_that_is_none_is_refused():
 def test_the_watch_on_closings_gets_how_exactly_the_touch_is_known(options, exact, monkeypatch):
     stds_m = []
     monkeypatch.setattr(
-        "lsds.safety.press_watch.PressWatch.see", lambda watch, grip, touch_std_m: stds_m.append(touch_std_m)
+        "lsds.safety.press_watch.PressWatch.see", lambda watch, grip, squeeze_m, touch_std_m: stds_m.append(touch_std_m)
     )
     session = lsds.run(lsds.load_config(None, [WINKLER, "task.settle_s=0.1", "task.hold_s=0.1", *options]))
     assert session.fault is None, session.fault

@@ -349,3 +349,17 @@ def test_a_load_that_rose_while_it_was_not_measured_rose_slowly():
         belief.update(1.1, 4.0, FRAME_S, 0.0)
         heavier.append(float(belief.stick[belief.load_n > 1.6].sum()))
     assert heavier[1] < 0.5 * heavier[0]
+
+
+@given(before_mm=st.floats(0.8, 4), now_mm=st.floats(0.8, 4))
+def test_a_corrected_touch_keeps_the_limit(before_mm, now_mm):
+    belief = GripBelief(OPTIONS, 0.105)
+    for count in range(12):
+        belief.update(0.1 * count, before_mm, FRAME_S, -1.0)
+    (limit_n, _), slips = belief.limit_n(before_mm), belief.slips
+    needed_mm = belief.squeeze_mm(0.2, 1.2, 1.0)
+    belief.rescale(before_mm, now_mm)
+    assert belief.stick.sum() + belief.slide.sum() == pytest.approx(1.0)
+    assert belief.slips == pytest.approx(slips)
+    assert belief.limit_n(now_mm)[0] == pytest.approx(limit_n, rel=0.1)
+    assert belief.squeeze_mm(0.2, 1.2, 1.0) == pytest.approx(needed_mm * now_mm / before_mm, rel=0.1)

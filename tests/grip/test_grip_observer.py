@@ -172,3 +172,21 @@ def test_the_load_may_rise_by_all_of_the_arm_s_way_since_the_last_load(measured,
         grip = GripEstimate(t_ns=k * FRAME_NS, dt_s=0.04, detection=STILL, estimate=ABSTAINED, **at)
         observer.update(grip, speed_m_s=0.01)
     assert moved_mm[-1] == pytest.approx(0.4 if measured else 1.2)
+
+
+@pytest.mark.parametrize("early_mm", [0.0, 1.1])
+def test_the_normal_force_shows_that_a_touch_was_noticed_too_early(early_mm):
+    observer, grip = GripObserver(GripOptions(), 0.12), None
+    for k, beyond_mm in enumerate([0.4] * 5 + [0.7] * 5 + [1.2] * 5 + [2.0] * 5):
+        load = ContactLoad((0.0, 0.0), 0.0, 0.01, 0.001, 1.5 * beyond_mm**1.25)
+        aperture_m = 0.030 - 1e-3 * beyond_mm
+        at = {"aperture_m": aperture_m, "touch_m": 0.030 + 1e-3 * early_mm}
+        fingers = (seen_by("finger", k * FRAME_NS, load),)
+        grip = observer.update(
+            GripEstimate(t_ns=k * FRAME_NS, dt_s=0.04, detection=STILL, estimate=ABSTAINED, fingers=fingers, **at)
+        )
+    assert grip.touch_m == pytest.approx(0.030, abs=2e-4)
+    assert grip.squeeze_m == pytest.approx(2e-3, abs=2e-4)
+    # The limit is expected near friction times the normal force, wherever the touch was noticed.
+    observer.belief.update(0.5, 1e3 * grip.squeeze_m, 0.04, -1.0)
+    assert observer.belief.limit_n(1e3 * grip.squeeze_m)[0] == pytest.approx(0.5 * 1.5 * 2**1.25, rel=0.35)

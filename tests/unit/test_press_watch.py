@@ -111,9 +111,9 @@ def test_frames_without_a_known_force_are_left_out():
 def test_a_short_contact_that_slides_is_not_judged(slips, reach_m, judged):
     watch, stopped = PressWatch(POWER), False
     for at, squeeze_mm in enumerate(CLOSING):
-        grip = GripEstimate(t_ns=at * FRAME_NS, slips=slips, reach_m=reach_m, squeeze_m=1e-3 * squeeze_mm, normal_n=2.0)
+        grip = GripEstimate(t_ns=at * FRAME_NS, slips=slips, reach_m=reach_m, normal_n=2.0)
         try:
-            watch.see(grip)
+            watch.see(grip, 1e-3 * squeeze_mm)
         except SafetyStop:
             stopped = True
     assert stopped is judged
@@ -130,7 +130,7 @@ def see_late(watch: PressWatch, squeezes_mm, late_mm: float, touch_std_m: float)
     """Feed a sound gripper whose touch was noticed late, so that the squeeze looks smaller than it is."""
     for at, squeeze_mm in enumerate(squeezes_mm):
         normal_n = (squeeze_mm + late_mm) ** POWER
-        watch.see(GripEstimate(t_ns=at * FRAME_NS, squeeze_m=1e-3 * squeeze_mm, normal_n=normal_n), touch_std_m)
+        watch.see(GripEstimate(t_ns=at * FRAME_NS, normal_n=normal_n), 1e-3 * squeeze_mm, touch_std_m)
 
 
 @given(squeezes=st.lists(st.floats(0.3, 10), min_size=3, max_size=40), late_mm=st.floats(0, 2))

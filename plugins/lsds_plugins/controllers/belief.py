@@ -93,7 +93,7 @@ class BeliefController:
         self.held_back = False
         self._quiet_s = self._slid_n = 0.0
         self._found = False
-        self._closed_n = self._began_m = 0.0
+        self._closed_n, self._began_at_m = 0.0, math.inf
         self._opened_to: float | None = None
         self._taken_ns: int | None = None
         self._closed_ns = 0
@@ -172,7 +172,7 @@ class BeliefController:
             return None
         self._closed_ns = grip.t_ns
         if not self._closed_n:
-            self._began_m = held_m
+            self._began_at_m = grip.commanded_m
         self._closed_n = max(self._closed_n, grip.load_n) if grip.load_n > LEAST_EVIDENCE_N else self._closed_n
         return max(0.0, grip.touch_m - target_m)
 
@@ -186,7 +186,7 @@ class BeliefController:
         else:
             least_m = grip.required_m(options.certain, options.margin, max(grip.greatest_n, LEAST_EVIDENCE_N), 1.0)
             # Without a slip the fingers reopen at most to where they began to close.
-            least_m = least_m if self._slid_n else max(least_m, self._began_m)
+            least_m = least_m if self._slid_n else max(least_m, grip.touch_m - self._began_at_m)
             sure = grip.load_n > RELEASED * (self._slid_n or self._closed_n or math.inf) and not wanted.probes
         if not (sure and least_m < held_m and grip.detection.slip is False) or self._is_blind(grip):
             self._quiet_s, self._opened_to = 0.0, None
