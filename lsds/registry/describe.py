@@ -26,6 +26,19 @@ _UNITS = {
     "db": "dB",
 } | {unit: unit for unit in ("s", "ms", "us", "ns", "m", "mm", "um", "kg", "rad", "deg", "px", "percent")}
 """Ends of names of options, and the units they stand for."""
+_COMPOUND = {
+    "m_s": "m/s",
+    "mm_s": "mm/s",
+    "rad_s": "rad/s",
+    "deg_s": "deg/s",
+    "n_s": "N/s",
+    "m_s2": "m/s^2",
+    "rad_s2": "rad/s^2",
+    "n_m": "N/m",
+    "n_mm": "N/mm",
+    "kpa_mm": "kPa mm",
+}
+"""Ends of two words, and the units they stand for."""
 
 
 def described(backend: Backend, host: PluginHost) -> dict[str, Any]:
@@ -66,6 +79,8 @@ def unit_of(name: str, extra: object) -> str:
     if isinstance(extra, Mapping) and isinstance(extra.get("unit"), str):
         return str(extra["unit"])
     words = name.split("_")
+    if len(words) > 2 and "_".join(words[-2:]) in _COMPOUND:
+        return _COMPOUND["_".join(words[-2:])]
     if len(words) > 3 and words[-2] == "per" and words[-3] in _UNITS and words[-1] in _UNITS:
         return f"{_UNITS[words[-3]]}/{_UNITS[words[-1]]}"
     return _UNITS.get(words[-1], "") if len(words) > 1 else ""

@@ -58,8 +58,8 @@ class Perception:
         """`tracker_name` names the tracker in errors. `imprint_step` runs the computation of the imprint's motion.
 
         The motion is computed at most once per frame, when a detector or estimator first asks for it. `skips` decides
-        by the field, and the share of markers lost in this frame, whether contact and imprint are left out of a
-        frame: the last contact patch stands then, and the imprint's motion counts as unknown.
+        by the field, and the share of markers lost in this frame, whether the contact patch is left out of a frame:
+        the last one stands then. The imprint's motion is computed only if a later frame needs it.
         """
         self._skips = skips
         self._imprint_step = imprint_step
@@ -130,8 +130,6 @@ class Perception:
         features = self._features.extract(field, contact, filled)
         evidence = SlipEvidence(field, contact, self._basis)
         imprint = self._imprint.follow(frame, field)
-        if skipped:
-            imprint.skip()
         normal = normal_force_of(contact, self._pad_m2)
         load = load_of(field, self.metres_per_px, self._shear_n_m3, normal, filled)
         shown = Observation(

@@ -21,7 +21,7 @@ def test_frames_at_rest_lose_their_imprint_and_keep_the_last_answers():
     assert session.summary["skipped_frames"] == sum(skipped) > 0.2 * len(skipped)
     for before, now in pairwise(fingers):
         if now.skipped:
-            assert now.observation.imprint() is None
+            assert now.observation.imprint.known is None
             assert now.detection is before.detection
             assert now.estimate is before.estimate
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 import re
+import socket
 
 import pytest
 
@@ -99,3 +100,38 @@ def test_reruns_own_reader_finds_every_series(tmp_path):
     known = sum(math.isfinite(cycle.grip.slips) for cycle in cycles)
     assert rows["/slip/probability"] == known > 0
     assert rows["/stages"] >= 3
+
+
+@pytest.mark.parametrize("refuses", [False, True])
+def test_a_viewer_that_does_not_start_is_one_error_before_the_run(monkeypatch, refuses):
+    """Without a display the viewer ends at once; without its program on the path nothing starts it."""
+    rerun = pytest.importorskip("rerun", reason="the view in Rerun needs the extra view")
+    from lsds.session.view import rerun as views
+
+    def spawn(stream, **options):
+        if refuses:
+            raise RuntimeError("Failed to find Rerun Viewer executable in PATH.\n\nYou can install ...")
+
+    monkeypatch.setattr(rerun.RecordingStream, "spawn", spawn)
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        monkeypatch.setattr(views, "VIEWER_PORT", free.getsockname()[1])
+        problem = "cannot be started: Failed to find" if refuses else "has not started"
+        with pytest.raises(DataError, match=rf"{problem}.*--view run\.rrd"):
+            run(None, SHORT, view="rerun")
+
+
+def test_a_viewer_that_is_lost_does_not_hold_up_the_end_of_a_run(monkeypatch):
+    rerun = pytest.importorskip("rerun", reason="the view in Rerun needs the extra view")
+    limits_s = []
+
+    def flush(stream, *, timeout_sec=1e38):
+        limits_s.append(timeout_sec)
+        raise RuntimeError("gRPC has been unable to connect")
+
+    for name, answer in {"connect_grpc": lambda stream, where, **options: None, "flush": flush}.items():
+        monkeypatch.setattr(rerun.RecordingStream, name, answer)
+    session = run(None, SHORT, view="rerun+http://127.0.0.1:9/proxy")
+    assert session.fault is None
+    assert "unable to connect" in session.summary["view"]
+    assert max(limits_s) < 60

@@ -45,7 +45,7 @@ def test_it_is_always_a_bounded_number(frames):
         assert abs(offset.take(1e-3 * squeeze_mm, normal_n, 1e-4)) <= MOST_M + 1e-12
 
 
-def test_one_squeeze_says_nothing_nor_does_a_frame_without_a_force():
+def test_one_squeeze_shows_no_offset_nor_does_a_frame_without_a_force():
     offset = TouchOffset(POWER)
     for _ in range(9):
         offset.take(1.4e-3, 0.4, LEAST_STD_M)

@@ -101,7 +101,16 @@ def test_the_list_takes_its_flags_as_before(capsys, tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "unit"),
-    [("rate_hz", "Hz"), ("force_n", "N"), ("gap_mm", "mm"), ("speed_mm_per_s", "mm/s"), ("port", ""), ("s", "")],
+    [
+        ("rate_hz", "Hz"),
+        ("force_n", "N"),
+        ("gap_mm", "mm"),
+        ("speed_mm_per_s", "mm/s"),
+        ("port", ""),
+        ("s", ""),
+        ("speed_m_s", "m/s"),
+        ("stiffness_n_mm", "N/mm"),
+    ],
 )
 def test_the_unit_is_the_end_of_the_name(name, unit):
     assert unit_of(name, None) == unit

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import socket
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ import numpy as np
 from lsds.contracts import Cycle
 from lsds.contracts.events import FramesRead, JobStepped, TruthKnown
 from lsds.errors import DataError
+from lsds.registry.containment import one_line
 from lsds.support.extras import require
 
 if TYPE_CHECKING:
@@ -23,6 +25,12 @@ VIEWED_JPEG_QUALITY = 80
 """Quality of the images in the viewer."""
 DRAWN_STRETCH = 8.0
 """Factor by which displacements are drawn longer than they are."""
+VIEWER_PORT = 9876
+"""Port of a viewer that is started here: Rerun's default."""
+CONNECT_S = 2.0
+"""Time limit for a connection to a viewer that has just been started, s; chosen."""
+FLUSH_S = 5.0
+"""Time limit for sending what waits at the end of a run, s; chosen."""
 VALID_COLOUR = (40, 220, 90)
 """Colour of markers that are followed, RGB."""
 LOST_COLOUR = (220, 60, 60)
@@ -49,7 +57,7 @@ class RerunView:
                 raise DataError(f"{path}: no folder {path.parent} (create it)")
             self._stream.save(path, default_blueprint=blueprint)
         elif where == "rerun":
-            self._stream.spawn(default_blueprint=blueprint)
+            self._spawn(blueprint)
         else:
             self._stream.connect_grpc(where, default_blueprint=blueprint)
 
@@ -77,9 +85,24 @@ class RerunView:
             self._stream.log("stages", self._rr.TextLog(f"stage {self._stage}"))
 
     def close(self) -> None:
-        """Send what waits and disconnect."""
-        self._stream.flush()
-        self._stream.disconnect()
+        """Send what waits and disconnect. Raises RuntimeError if the viewer does not take it within `FLUSH_S`."""
+        try:
+            self._stream.flush(timeout_sec=FLUSH_S)
+        finally:
+            self._stream.disconnect()
+
+    def _spawn(self, blueprint: Any) -> None:
+        """Start Rerun's viewer. Raises DataError if it does not run: without a display it ends at once."""
+        remedy = 'write a file instead: --view run.rrd, or connect to a viewer elsewhere: --view "rerun+http://..."'
+        try:
+            self._stream.spawn(default_blueprint=blueprint)
+        except RuntimeError as error:
+            raise DataError(f"view: Rerun's viewer cannot be started: {one_line(error)} ({remedy})") from error
+        try:
+            socket.create_connection(("127.0.0.1", VIEWER_PORT), CONNECT_S).close()
+        except OSError as error:
+            self._stream.disconnect()
+            raise DataError(f"view: Rerun's viewer has not started (no display?); {remedy}") from error
 
     def _at(self, now_ns: int) -> None:
         self._stream.set_time(TIMELINE, duration=np.timedelta64(now_ns, "ns"))
