@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 class FingerCycle:
     """One finger's newest frame and all that was computed from it, in that sensor's plane.
 
-    If `skipped`, the frame's budget left out contact patch, imprint, detector and estimator (`tactile.budget_ms`): the
-    last contact and the last answers stand, and the imprint's motion is unknown. An `opposite` finger faces the object
-    from the other side: its x axis and its sense of rotation are mirrored.
+    If `skipped`, the frame's budget left out contact patch, detector and estimator (`tactile.budget_ms`): the last
+    contact and the last answers stand, and the imprint's motion is computed only if a later frame needs it. An
+    `opposite` finger faces the object from the other side: its x axis and its sense of rotation are mirrored.
     """
 
     __repr__ = brief

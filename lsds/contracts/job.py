@@ -35,10 +35,10 @@ class Wanted:
     as they are; a command that the gripper did not receive is sent again. `corrects` lets the controller correct slip
     by closing the grip further. `twist` is the velocity of the TCP, streamed with `acceleration_m_s2`
     (m/s^2) for as long as it is wanted; None leaves the arm alone, which another program may control. `touch_m` is the
-    aperture at which the fingers touched the object, for the controller, with its standard deviation `touch_std_m`; NaN
-    if not known. `probes` lets the controller open on purpose, to find the least grip: the object falls by little now.
-    `slide` is a slip that is wanted and not to be corrected, None if none is. `supported`: the object may still stand
-    on its support. `done` ends the run.
+    aperture at which the fingers touched the object, for the controller; NaN if not known. `touch_std_m` is its
+    standard deviation. `probes` lets the controller open on purpose, to find the least grip: the object falls by little
+    now. `slide` is a slip that is wanted and not to be corrected, None if none is. `supported`: the object may still
+    stand on its support. `done` ends the run.
     """
 
     stage: str

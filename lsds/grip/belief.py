@@ -86,7 +86,9 @@ class GripBelief:
 
     def reset(self) -> None:
         """Know nothing of the object."""
-        prior_r = self._limits(math.log(self.options.limit), self.options.spread)
+        self._ln_expected = math.log(self.options.limit)
+        self._by_normal: Floats | None = None
+        prior_r = self._limits(self._ln_expected, self.options.spread)
         prior_w = np.exp(-HEAVIER * (self._ln_w - self._ln_w[0]))
         joint = np.outer(prior_w, prior_r)
         joint /= joint.sum()
@@ -188,6 +190,8 @@ class GripBelief:
 
         The friction limit there stays.
         """
+        if not (math.isfinite(before_mm) and math.isfinite(now_mm)):
+            return
         ln_shift = self.options.power * math.log(before_mm / now_mm)
         at = np.arange(len(self._ln_r)) + ln_shift / GRID_STEP
         first = np.floor(at).astype(np.int64)
@@ -201,6 +205,10 @@ class GripBelief:
             return out
 
         self.stick, self.slide, self._prior_r = shifted(self.stick), shifted(self.slide), shifted(self._prior_r)
+        # The limits of unknown objects count from the touch, too.
+        self._ln_expected += ln_shift
+        if self._by_normal is not None:
+            self._by_normal = np.interp(self._ln_r - ln_shift, self._ln_r, self._by_normal)
         self._greatest += ln_shift
 
     def know_normal(self, normal_n: float, squeeze_mm: float) -> None:
@@ -210,7 +218,7 @@ class GripBelief:
         Friction that jumps later, as on a surface that gets wet, is about `WET_SHARE` of that.
         """
         ln_normal = math.log(normal_n) - self.options.power * math.log(squeeze_mm)
-        before = self._limits(math.log(self.options.limit), self.options.spread)
+        before = self._limits(self._ln_expected, self.options.spread)
 
         def expected(share: float) -> Floats:
             limits = self._limits(ln_normal + math.log(MEDIAN_FRICTION * share), FRICTION_SPREAD)
@@ -220,7 +228,18 @@ class GripBelief:
 
         wet = expected(WET_SHARE)
         self._prior_r = wet / wet.sum()
-        share = expected(1.0) / np.maximum(before, 1e-12)
+        self._by_normal = expected(1.0) / np.maximum(before, 1e-12)
+        self._multiply(self._by_normal)
+
+    def doubt_normal(self) -> None:
+        """Take back what a normal force has said: the object carries more than it could."""
+        if self._by_normal is not None:
+            self._multiply(1 / np.maximum(self._by_normal, 1e-12))
+            self._prior_r = self._limits(self._ln_expected, self.options.spread)
+            self._by_normal = None
+
+    def _multiply(self, share: Floats) -> None:
+        """Multiply the probability of each limit, and make the sum of all 1 again."""
         total = float((self.stick @ share).sum() + (self.slide @ share).sum())
         self.stick, self.slide = self.stick * (share / total), self.slide * (share / total)
         self._slips = float(self.slide.sum())

@@ -15,7 +15,7 @@ from lsds.grip.rising_load import RisingLoad
 from lsds.tactile.bridging import VelocityBridge
 from lsds.tactile.carried_load import LEAST_EVIDENCE_N, MEDIAN_FRAMES, CarriedLoad
 from lsds.tactile.contact_load import speed_of
-from lsds.tactile.touch_offset import LEAST_STD_M, MISTAKEN_STD_M, TouchOffset
+from lsds.tactile.touch_offset import LEAST_STD_M, TouchOffset
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -69,7 +69,8 @@ class GripObserver:
         self._noticed_m = self._touch_m = self._squeeze_m = self._left_m = self._before_n = math.nan
         self._offset, self._offset_m = TouchOffset(self._options.power), 0.0
         self._changed_ns = -nanoseconds(1.0)
-        self._squeezes = 0
+        self._squeezes = self._doubts = 0
+        self._pressed: str | None = None
         self._normals: list[float] = []
         self._believed: dict[str, Any] = {}
 
@@ -102,16 +103,19 @@ class GripObserver:
 
     def _see_squeeze(self, seen: GripEstimate, touch_std_m: float) -> float:
         """Note touch, and when the squeeze changes; return the squeeze (m), counted from where the object begins."""
-        if math.isfinite(seen.touch_m):
-            self._noticed_m = seen.touch_m
-        elif not math.isfinite(self._noticed_m):
-            self._noticed_m, touch_std_m = seen.aperture_m + ASSUMED_SQUEEZE_M, MISTAKEN_STD_M
+        noticed_m = seen.touch_m
+        if not math.isfinite(noticed_m):
+            assumed_m = seen.aperture_m + ASSUMED_SQUEEZE_M
+            noticed_m = self._noticed_m if math.isfinite(self._noticed_m) else assumed_m
+            touch_std_m = math.nan
+        if noticed_m != self._noticed_m:
+            self._move_touch(noticed_m, seen.aperture_m)
         closed_m = self._noticed_m - seen.aperture_m
         if not abs(closed_m - self._squeeze_m) < CHANGED_SQUEEZE_M:
             self._left_m = self._squeeze_m if math.isfinite(self._squeeze_m) else closed_m
             self._changed_ns, self._squeeze_m = seen.t_ns, closed_m
             self._squeezes += math.isfinite(closed_m)
-        offset_m = self._offset.take(closed_m, self.load.normal_n, touch_std_m)
+        offset_m = self._offset.take(closed_m, self._normal_now(seen), touch_std_m)
         if abs(offset_m - self._offset_m) > CHANGED_SQUEEZE_M:
             # The limit was learnt at the squeeze before.
             before_m, now_m = (max(self._left_m - each_m, LEAST_SQUEEZE_M) for each_m in (self._offset_m, offset_m))
@@ -120,6 +124,27 @@ class GripObserver:
             self._offset_m = offset_m
         self._touch_m = self._noticed_m - self._offset_m
         return max(closed_m - self._offset_m, LEAST_SQUEEZE_M)
+
+    def _move_touch(self, noticed_m: float, aperture_m: float) -> None:
+        """Count from another touch, which a job has noticed since."""
+        if math.isfinite(self._touch_m):
+            before_m, now_m = (max(touch_m - aperture_m, LEAST_SQUEEZE_M) for touch_m in (self._touch_m, noticed_m))
+            self.belief.rescale(1e3 * before_m, 1e3 * now_m)
+            self._rising.forget()
+        self._noticed_m, self._squeeze_m = noticed_m, math.nan
+        self._offset, self._offset_m = TouchOffset(self._options.power), 0.0
+
+    def _normal_now(self, seen: GripEstimate) -> float:
+        """Return the normal force (N) of the finger that first showed one, if this frame is its; NaN otherwise.
+
+        Another finger's, or that of an earlier frame, does not belong to the aperture of this frame.
+        """
+        if self._pressed is None:
+            self._pressed = next(iter(self.load.normals_n), None)
+        for finger in seen.fingers:
+            if finger.finger == self._pressed and finger.observation.t_ns == seen.t_ns:
+                return self.load.normals_n.get(finger.finger, math.nan)
+        return math.nan
 
     def _completes(self, fingers: Sequence[FingerCycle]) -> bool:
         """Return whether each finger has shown something since the last round: fingers are seen one after the other,
@@ -141,6 +166,9 @@ class GripObserver:
         if len(self._normals) < MEDIAN_FRAMES and not all(finger.skipped for finger in seen.fingers):
             settled = math.isfinite(squeeze_m) and (self._squeezes == 1 or rests_s > SETTLES_S)
             self._see_normal(load.normal_n, squeeze_m, settled=settled)
+        self._doubts = self._doubts + 1 if load.doubted else 0
+        if self._doubts == MEDIAN_FRAMES:
+            self.belief.doubt_normal()
         limit_n, limit_std_n, rising_m = math.nan, math.nan, 0.0
         stands = supported and not speed_m_s > 0
         if not load.fresh or not math.isfinite(squeeze_m):

@@ -36,7 +36,9 @@ _COMPOUND = {
     "rad_s2": "rad/s^2",
     "n_m": "N/m",
     "n_mm": "N/mm",
-    "kpa_mm": "kPa mm",
+    "kpa_mm": "kPa/mm",
+    "deg_s2": "deg/s^2",
+    "mm_s2": "mm/s^2",
 }
 """Ends of two words, and the units they stand for."""
 

@@ -430,6 +430,8 @@ class Engine:
             self.events.publish(JobStepped(now_ns, wanted, sent, self._act.held_m))
         if sent or (wanted.corrects and not before.corrects):
             self._begin_grip()
+        elif (wanted.touch_m, wanted.touch_std_m) != (before.touch_m, before.touch_std_m):
+            self._press.reset()
         if wanted.twist is not None:
             self._act.move(wanted.twist, wanted.acceleration_m_s2)
 
@@ -466,6 +468,8 @@ class Engine:
                 numbers += [wanted.slide.speed_m_s, wanted.slide.rate_rad_s]
             if not all(map(math.isfinite, numbers)):
                 problem = f"it wants {wanted.grip}, {wanted.twist}, {wanted.slide}, which are not all finite numbers"
+            elif math.isfinite(wanted.touch_m) and not 0 <= wanted.touch_std_m < math.inf:
+                problem = f"touch_std_m is {wanted.touch_std_m}, not a length of 0 or more"
         if problem:
             raise PluginError(f"{self._job_label}: stage '{wanted.stage}': {problem} (a mistake in that job)")
 

@@ -146,11 +146,14 @@ class FingerLine:
         return self.newest
 
     def _skips(self, field: DeformationField, lost_share: float) -> bool:
-        """Return whether the budget leaves contact, imprint, detector and estimator out of a frame."""
+        """Return whether the budget leaves contact, detector and estimator out of a frame, and the imprint unless
+        something moves in the next one."""
         last = None if self.newest is None else self.newest.detection
         moves = lost_share > 0 or may_move(field, last, self.perception.metres_per_px)
         # The first frame has no earlier answer that could stand.
         self._skipped = not self._budget.affords(moves=moves) and self.newest is not None
+        if not moves and not self._skipped:
+            self.perception.rest()
         return self._skipped
 
     def _has_leapt(self, tracks: MarkerTracks) -> bool:

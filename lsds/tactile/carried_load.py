@@ -35,8 +35,8 @@ LEAST_EVIDENCE_N = 0.03
 MEDIAN_FRAMES = 3
 """Number of frames whose median load, or normal force, counts: one frame alone may be wrong."""
 GREATEST_FRICTION = 2.2
-"""Maximum load over a normal force that can belong to it: rubber on common materials has up to 1.1, and the force
-by the imprint of a gel that is not calibrated may be half of the true one."""
+"""Maximum ratio of the load of a finger to its normal force: rubber on common materials has a friction of up to 1.1,
+and the normal force by the imprint of a gel that is not calibrated may be half of the true one."""
 
 
 class CarriedLoad:
@@ -44,13 +44,14 @@ class CarriedLoad:
 
     `reach_m` is the least reach of a finger's contact along its load (`reach_of`), NaN if unknown.
     `stale` is true if some finger measures no load now, so that its last one is used, and `fresh` if some finger does
-    measure one. `normal_n` is the maximum normal force per finger, NaN if no finger estimates one. An estimate that
-    could not carry the load is left out, as that of a bump of a smooth face.
+    measure one. `normals_n` are the normal forces by finger and `normal_n` is the greatest, NaN if they are empty. An
+    estimate that could not carry the load is left out, as that of a bump of a smooth face; `doubted` is true then.
     """
 
     def __init__(self) -> None:
         self.now_n = self.normal_n = self.reach_m = math.nan
-        self.stale = self.fresh = False
+        self.stale = self.fresh = self.doubted = False
+        self.normals_n: dict[str, float] = {}
         self._began_ns: int | None = None
         self._zero: dict[str, ContactLoad] = {}
         self._reach_m: dict[str, float] = {}
@@ -72,12 +73,14 @@ class CarriedLoad:
                 self._seen_ns[finger.finger] = finger.observation.t_ns
                 self._take(finger, load, t_ns)
         self.reach_m = min(filter(math.isfinite, self._reach_m.values()), default=math.nan)
-        carrying = (
-            normal_n
-            for name, normal_n in normals.items()
-            if normal_n > 0 and not normal_n * GREATEST_FRICTION < self._last.get(name, (0.0,))[-1]
-        )
-        self.normal_n = max(carrying, default=math.nan)
+        known = {name: normal_n for name, normal_n in normals.items() if 0 < normal_n < math.inf}
+        self.normals_n = {
+            name: normal_n
+            for name, normal_n in known.items()
+            if not normal_n * GREATEST_FRICTION < median(self._last.get(name, (0.0,)))
+        }
+        self.doubted = len(self.normals_n) < len(known)
+        self.normal_n = max(self.normals_n.values(), default=math.nan)
         self.stale, self.fresh = not self._last.keys() <= measured, bool(self._last.keys() & measured)
         if not self._last:
             return

@@ -16,7 +16,7 @@ from lsds.tactile.depth import DepthEstimator
 from lsds.tactile.features import FeatureExtractor
 from lsds.tactile.field import FieldBuilder
 from lsds.tactile.gate import check_image
-from lsds.tactile.imprint.motion import ImprintFollower, Step
+from lsds.tactile.imprint.motion import FollowedImprint, ImprintFollower, Step
 from lsds.tactile.lost_markers import fill_lost
 from lsds.tactile.reference import average_frames
 from lsds.tactile.slip_residual import EvidenceBasis, SlipEvidence
@@ -103,6 +103,7 @@ class Perception:
         self._basis = EvidenceBasis(self.reference)
         self._followed: NDArray[np.bool_] | None = None
         self._contact: ContactPatch | None = None
+        self._left_out: list[FollowedImprint] = []
         return self.reference
 
     def reset(self) -> None:
@@ -112,6 +113,12 @@ class Perception:
         self._features.reset()
         self._imprint.reset()
         self._followed = self._contact = None
+        self._left_out = []
+
+    def rest(self) -> None:
+        """Leave the motions of the imprint unknown in the frames that were left out last: nothing moved."""
+        for imprint in self._left_out:
+            imprint.skip()
 
     def observe(self, frame: Frame) -> tuple[Observation, MarkerTracks]:
         """Return the observation of the next frame, and its tracks. Raises DataError for an unusable frame."""
@@ -130,6 +137,7 @@ class Perception:
         features = self._features.extract(field, contact, filled)
         evidence = SlipEvidence(field, contact, self._basis)
         imprint = self._imprint.follow(frame, field)
+        self._left_out = [*self._left_out, imprint] if skipped else []
         normal = normal_force_of(contact, self._pad_m2)
         load = load_of(field, self.metres_per_px, self._shear_n_m3, normal, filled)
         shown = Observation(

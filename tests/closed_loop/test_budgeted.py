@@ -12,7 +12,7 @@ from lsds.session.recording.reader import Recording
 SCARCE = ["tactile.budget_ms=1.2", "task.lift_s=0.6", "task.hold_s=0.4"]
 
 
-def test_frames_at_rest_lose_their_imprint_and_keep_the_last_answers():
+def test_frames_at_rest_keep_the_last_answers():
     cycles = []
     session = lsds.run(overrides=SCARCE, observe=cycles.append)
     assert not session.truths[-1].dropped
@@ -64,3 +64,19 @@ def test_a_frame_in_which_markers_are_lost_is_seen_in_full():
     assert any(now.skipped for now in fingers)
     assert losing
     assert not any(now.skipped for now in losing)
+
+
+def test_the_imprint_of_a_frame_that_was_left_out_is_computed_only_if_the_next_one_moves():
+    counts, full = [], []
+    with lsds.bring_up(overrides=SCARCE) as engine:
+        computed = engine.lines[0].imprint.durations_ns
+        for cycle in engine:
+            counts.append(computed.count)
+            full.append(not cycle.fingers[0].skipped)
+    computed_by = [after - before for before, after in pairwise(counts)]
+    # At rest one motion is computed in a frame in full; where something moves again, those left out before, too.
+    assert sum(computed_by) < sum(full[1:]) + 4 * sum(count > 1 for count in computed_by)
+    assert max(computed_by) <= 4
+    left_out = [count for count, seen in zip(computed_by, full[1:], strict=True) if not seen]
+    assert not any(left_out)
+    assert sum(count > 1 for count in computed_by) < 0.1 * len(computed_by)

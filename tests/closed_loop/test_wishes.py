@@ -186,3 +186,10 @@ def test_the_watch_on_closings_gets_how_exactly_the_touch_is_known(options, exac
     assert stds_m
     # Between two frames at 5 mm/s, or at the speed of a grasp.
     assert all(0 < std_m < 2e-4 if exact else std_m == 1e-3 for std_m in stds_m)
+
+
+@pytest.mark.parametrize("std_m", [-1e-3, math.nan, math.inf])
+def test_a_touch_without_a_sound_uncertainty_is_a_mistake_of_the_job(std_m):
+    job = Wants((9.0, lsds.Wanted("hold", grip=lsds.Grip(0.0236, 0.05, 20.0), touch_m=0.025, touch_std_m=std_m)))
+    session = lsds.run(lsds.load_config(None, [WINKLER]), job=job)
+    assert "touch_std_m" in str(session.fault)

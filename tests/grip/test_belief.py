@@ -363,3 +363,27 @@ def test_a_corrected_touch_keeps_the_limit(before_mm, now_mm):
     assert belief.slips == pytest.approx(slips)
     assert belief.limit_n(now_mm)[0] == pytest.approx(limit_n, rel=0.1)
     assert belief.squeeze_mm(0.2, 1.2, 1.0) == pytest.approx(needed_mm * now_mm / before_mm, rel=0.1)
+
+
+def test_a_doubted_normal_force_leaves_no_trace():
+    plain, doubting = (GripBelief(OPTIONS, 0.105) for _ in range(2))
+    doubting.know_normal(0.17, 1.2)
+    doubting.rescale(1.2, 1.0)
+    plain.rescale(1.2, 1.0)
+    doubting.doubt_normal()
+    assert doubting.limit_n(1.0) == pytest.approx(plain.limit_n(1.0), rel=0.1)
+    for belief in (plain, doubting):
+        belief.update(1.9, 1.0, FRAME_S, -1.0)
+    assert doubting.limit_n(1.0)[0] == pytest.approx(plain.limit_n(1.0)[0], rel=0.1)
+    doubting.doubt_normal()
+
+
+@pytest.mark.parametrize("now_mm", [0.4, 2.5])
+def test_a_normal_force_counts_alike_before_and_after_a_corrected_touch(now_mm):
+    first, later = (GripBelief(OPTIONS, 0.105) for _ in range(2))
+    first.know_normal(4.0, 1.0)
+    first.rescale(1.0, now_mm)
+    later.rescale(1.0, now_mm)
+    later.know_normal(4.0, now_mm)
+    assert later.limit_n(now_mm) == pytest.approx(first.limit_n(now_mm), rel=0.1)
+    assert later._prior_r == pytest.approx(first._prior_r, abs=0.01)

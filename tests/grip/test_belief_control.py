@@ -67,6 +67,39 @@ class Grip:
         return [self.frame(load_n, slip=False, **more) for _ in range(round(seconds / 0.04))][-1]
 
 
+def test_a_corrected_touch_gives_a_fragile_object_no_greater_force():
+    """The squeeze counts from another touch then: what it withstands is not that of the squeezes before."""
+    controller = BeliefController(BeliefOptions(), BuildContext(VirtualClock(), 0))
+    sent_mm = []
+    for k in range(12):
+        squeeze_mm = 2.0 if k < 6 else 1.0
+        touch_m = TOUCH_M if k < 6 else TOUCH_M - 1e-3
+        grip = GripEstimate(
+            t_ns=k * FRAME_NS,
+            dt_s=0.04,
+            detection=Detection(True, 0.95, 0.5, 0.9, 0.95),
+            estimate=ABSTAINED,
+            commanded_m=TOUCH_M - 2e-3,
+            touch_m=touch_m,
+            squeeze_m=1e-3 * squeeze_mm,
+            load_n=0.5,
+            load_n_s=0.0,
+            greatest_n=0.5,
+            stale=False,
+            normal_n=1.0,
+            slips=0.9 if k >= 6 else 0.0,
+            slip_m_s=0.04,
+            required_m=lambda *_: 0.02,
+            complete=True,
+        )
+        asked = controller.update(grip, GripTask(resolution_m=1e-5, answer_s=0.11, fragile_n=2.0))
+        if asked is not None and k >= 6:
+            sent_mm.append(1e3 * (touch_m - asked))
+    # 1 N at 1 mm: 2 N are reached at 1.7 mm.
+    assert sent_mm
+    assert max(sent_mm) < 1.7
+
+
 def hanging(squeeze_mm=1.5, load_n=0.5, **options):
     grip = Grip(squeeze_mm, **options)
     grip.frame(0.0, slip=False)

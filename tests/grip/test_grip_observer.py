@@ -190,3 +190,58 @@ def test_the_normal_force_shows_that_a_touch_was_noticed_too_early(early_mm):
     # The limit is expected near friction times the normal force, wherever the touch was noticed.
     observer.belief.update(0.5, 1e3 * grip.squeeze_m, 0.04, -1.0)
     assert observer.belief.limit_n(1e3 * grip.squeeze_m)[0] == pytest.approx(0.5 * 1.5 * 2**1.25, rel=0.35)
+
+
+def pressing(normal_n):
+    return ContactLoad((0.0, 0.0), 0.0, 0.01, 0.001, normal_n)
+
+
+def test_a_touch_that_a_job_corrects_counts_from_then_on():
+    observer, grip = GripObserver(GripOptions(), 0.12), None
+    for k in range(20):
+        beyond_mm = 1.0 if k < 10 else 1.6
+        at = {"aperture_m": 0.030 - 1e-3 * beyond_mm, "touch_m": 0.0305 if k < 15 else 0.030}
+        fingers = (seen_by("finger", k * FRAME_NS, pressing(beyond_mm**1.25)),)
+        grip = observer.update(
+            GripEstimate(t_ns=k * FRAME_NS, dt_s=0.04, detection=STILL, estimate=ABSTAINED, fingers=fingers, **at)
+        )
+    assert grip.touch_m == pytest.approx(0.030)
+    assert grip.squeeze_m == pytest.approx(1.6e-3)
+
+
+def test_a_force_of_another_time_does_not_move_the_touch():
+    """Finger a is the one that shows a force; in the rounds of b it is half a frame old."""
+    observer, grip = GripObserver(GripOptions(), 0.12), None
+    for k in range(60):
+        closed_mm = 1.0 + 1.5 * min(max(k - 20, 0) / 20, 1)
+        newest = {"a": k - k % 2, "b": k - (k + 1) % 2}
+        before_mm = 1.0 + 1.5 * min(max(newest["a"] - 20, 0) / 20, 1)
+        loads = {"a": pressing(before_mm**1.25), "b": pressing(math.nan)}
+        fingers = [seen_by(name, at * FRAME_NS // 2, loads[name]) for name, at in newest.items() if at >= 0]
+        fingers.sort(key=lambda finger: -finger.observation.t_ns)
+        grip = observer.update(
+            GripEstimate(
+                t_ns=k * FRAME_NS // 2,
+                dt_s=0.02,
+                detection=STILL,
+                estimate=ABSTAINED,
+                fingers=tuple(fingers),
+                aperture_m=0.030 - 1e-3 * closed_mm,
+                touch_m=0.030,
+            )
+        )
+    assert grip.touch_m == pytest.approx(0.030, abs=6e-5)
+
+
+def test_a_normal_force_that_cannot_carry_the_load_is_taken_back():
+    limits_n = []
+    for normal_n in (0.17, math.nan):
+        observer, grip = GripObserver(GripOptions(), 0.12), None
+        for k in range(20):
+            load = ContactLoad((0.0, 0.0 if k < 8 else 1.9), 0.0, 0.01, 0.001, normal_n)
+            at = {"aperture_m": 0.030, "touch_m": 0.0312, "fingers": (seen_by("finger", k * FRAME_NS, load),)}
+            grip = observer.update(
+                GripEstimate(t_ns=k * FRAME_NS, dt_s=0.04, detection=STILL, estimate=ABSTAINED, **at), speed_m_s=0.01
+            )
+        limits_n.append(grip.limit_n)
+    assert limits_n[0] == pytest.approx(limits_n[1], rel=0.2)

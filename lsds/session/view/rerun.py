@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import socket
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,8 +29,8 @@ DRAWN_STRETCH = 8.0
 VIEWER_PORT = 9876
 """Port of a viewer that is started here: Rerun's default."""
 CONNECT_S = 2.0
-"""Time limit for a connection to a viewer that has just been started, s; chosen."""
-FLUSH_S = 5.0
+"""Time within which a viewer that has been started must listen, s; chosen. Rerun itself waits ten seconds before."""
+VIEWER_FLUSH_S = 5.0
 """Time limit for sending what waits at the end of a run, s; chosen."""
 VALID_COLOUR = (40, 220, 90)
 """Colour of markers that are followed, RGB."""
@@ -85,9 +86,9 @@ class RerunView:
             self._stream.log("stages", self._rr.TextLog(f"stage {self._stage}"))
 
     def close(self) -> None:
-        """Send what waits and disconnect. Raises RuntimeError if the viewer does not take it within `FLUSH_S`."""
+        """Send what waits and disconnect. Raises RuntimeError if the viewer does not take it in time."""
         try:
-            self._stream.flush(timeout_sec=FLUSH_S)
+            self._stream.flush(timeout_sec=VIEWER_FLUSH_S)
         finally:
             self._stream.disconnect()
 
@@ -98,11 +99,12 @@ class RerunView:
             self._stream.spawn(default_blueprint=blueprint)
         except RuntimeError as error:
             raise DataError(f"view: Rerun's viewer cannot be started: {one_line(error)} ({remedy})") from error
-        try:
-            socket.create_connection(("127.0.0.1", VIEWER_PORT), CONNECT_S).close()
-        except OSError as error:
-            self._stream.disconnect()
-            raise DataError(f"view: Rerun's viewer has not started (no display?); {remedy}") from error
+        until_s = time.monotonic() + CONNECT_S
+        while not _listens(VIEWER_PORT):
+            if time.monotonic() > until_s:
+                self._stream.disconnect()
+                raise DataError(f"view: Rerun's viewer has not started (no display?); {remedy}")
+            time.sleep(CONNECT_S / 20)
 
     def _at(self, now_ns: int) -> None:
         self._stream.set_time(TIMELINE, duration=np.timedelta64(now_ns, "ns"))
@@ -133,6 +135,14 @@ class RerunView:
     def _number(self, name: str, value: float) -> None:
         if math.isfinite(value):
             self._stream.log(name, self._rr.Scalars(value))
+
+
+def _listens(port: int) -> bool:
+    try:
+        socket.create_connection(("127.0.0.1", port), CONNECT_S).close()
+    except OSError:
+        return False
+    return True
 
 
 def field_scale(finger: FingerCycle) -> float:

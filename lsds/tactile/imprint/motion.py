@@ -130,6 +130,10 @@ class FollowedImprint:
         """Release the earlier frames: their motions are no longer needed."""
         self._earlier = ()
 
+    def skip(self) -> None:
+        """Compute nothing: the motion counts as unknown."""
+        self._frames = None
+
     @property
     def known(self) -> ImprintMotion | None:
         """The imprint's motion if it was computed before the next frame came; nothing is computed."""

@@ -97,6 +97,7 @@ class BeliefController:
         self._opened_to: float | None = None
         self._taken_ns: int | None = None
         self._closed_ns = 0
+        self._touch_m = math.nan
         self._bearing, self._wanted_slip = Bearing(), WantedSlip()
 
     def update(self, grip: GripEstimate, wanted: GripTask) -> float | None:
@@ -105,6 +106,9 @@ class BeliefController:
         options = self._options
         if not grip.complete or grip.t_ns == self._taken_ns or not math.isfinite(grip.touch_m - grip.commanded_m):
             return None
+        if grip.touch_m != self._touch_m:
+            # The squeeze counts from another touch, and so does what the object withstands.
+            self._touch_m, self._bearing = grip.touch_m, Bearing()
         dt_s = 0.0 if self._taken_ns is None else (grip.t_ns - self._taken_ns) * 1e-9
         self._taken_ns = grip.t_ns
         held_m, tick_m = grip.touch_m - grip.commanded_m, max(wanted.resolution_m, LEAST_TICK_M)
