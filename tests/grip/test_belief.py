@@ -387,3 +387,15 @@ def test_a_normal_force_counts_alike_before_and_after_a_corrected_touch(now_mm):
     later.know_normal(4.0, now_mm)
     assert later.limit_n(now_mm) == pytest.approx(first.limit_n(now_mm), rel=0.1)
     assert later._prior_r == pytest.approx(first._prior_r, abs=0.01)
+
+
+def test_a_load_that_was_carried_before_a_corrected_touch_breaks_nothing_away_after_it():
+    slips = []
+    for now_mm in (2.0, 1.0):
+        belief = GripBelief(OPTIONS, 0.105)
+        for _ in range(10):
+            belief.update(1.0, 2.0, FRAME_S, -1.0)
+        belief.rescale(2.0, now_mm)
+        belief.update(1.0, now_mm, FRAME_S, 0.0)
+        slips.append(belief.slips)
+    assert slips[1] == pytest.approx(slips[0], abs=0.003)
