@@ -34,8 +34,8 @@ LOAD_RANGE_N = (0.02, 25.0)
 LIMIT_RANGE = (0.01, 30.0)
 """Smallest and largest friction limit r on the grid, N / mm^p; chosen."""
 MEDIAN_FRICTION = 0.5
-"""Median static friction of gel and object; chosen: rubber on common materials has 0.2
-to 1.1, and the geometric mean of that is 0.47."""
+"""Median static friction of gel and object: the geometric mean, 0.47, of the range of the random objects, 0.2 to 1.1.
+No friction of the gel that was measured on a bench was found."""
 FRICTION_SPREAD = 0.6
 """Standard deviation of the natural logarithm of the friction: 0.5 for that range, and 0.35 for the error of the normal
 force by the imprint."""

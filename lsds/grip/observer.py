@@ -108,7 +108,7 @@ class GripObserver:
             assumed_m = seen.aperture_m + ASSUMED_SQUEEZE_M
             noticed_m = self._noticed_m if math.isfinite(self._noticed_m) else assumed_m
             touch_std_m = math.nan
-        if noticed_m != self._noticed_m:
+        if math.isfinite(noticed_m) and noticed_m != self._noticed_m:
             self._move_touch(noticed_m, seen.aperture_m)
         closed_m = self._noticed_m - seen.aperture_m
         if not abs(closed_m - self._squeeze_m) < CHANGED_SQUEEZE_M:
@@ -118,9 +118,7 @@ class GripObserver:
         offset_m = self._offset.take(closed_m, self._normal_now(seen), touch_std_m)
         if abs(offset_m - self._offset_m) > CHANGED_SQUEEZE_M:
             # The limit was learnt at the squeeze before.
-            before_m, now_m = (max(self._left_m - each_m, LEAST_SQUEEZE_M) for each_m in (self._offset_m, offset_m))
-            self.belief.rescale(1e3 * before_m, 1e3 * now_m)
-            self._rising.forget()
+            self._recount(self._left_m - self._offset_m, self._left_m - offset_m)
             self._offset_m = offset_m
         self._touch_m = self._noticed_m - self._offset_m
         return max(closed_m - self._offset_m, LEAST_SQUEEZE_M)
@@ -128,11 +126,14 @@ class GripObserver:
     def _move_touch(self, noticed_m: float, aperture_m: float) -> None:
         """Count from another touch, which a job has noticed since."""
         if math.isfinite(self._touch_m):
-            before_m, now_m = (max(touch_m - aperture_m, LEAST_SQUEEZE_M) for touch_m in (self._touch_m, noticed_m))
-            self.belief.rescale(1e3 * before_m, 1e3 * now_m)
-            self._rising.forget()
+            self._recount(self._touch_m - aperture_m, noticed_m - aperture_m)
         self._noticed_m, self._squeeze_m = noticed_m, math.nan
         self._offset, self._offset_m = TouchOffset(self._options.power), 0.0
+
+    def _recount(self, before_m: float, now_m: float) -> None:
+        """Count a squeeze (m) as another one: what is known of the limit there stays known."""
+        self.belief.rescale(1e3 * max(before_m, LEAST_SQUEEZE_M), 1e3 * max(now_m, LEAST_SQUEEZE_M))
+        self._rising.forget()
 
     def _normal_now(self, seen: GripEstimate) -> float:
         """Return the normal force (N) of the finger that first showed one, if this frame is its; NaN otherwise.

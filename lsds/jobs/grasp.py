@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from lsds.clock import nanoseconds
 from lsds.contracts import Grip
+from lsds.contracts.job import TOUCH_STD_M
 from lsds.errors import SafetyStop
 from lsds.jobs.find_touch import TouchGrasp
 from lsds.tactile.touch import TouchFinder
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
 
 GRASP_STAGES = ("reference", "approach", "back off", "touch", "squeeze", "grasp")
 """Names of the stages of both ways to grasp."""
-AT_SPEED_STD_M = 1e-3
-"""Standard deviation of an aperture at touch that was found at the speed of a grasp, m; chosen."""
 
 
 class Grasping(Protocol):
@@ -83,7 +82,7 @@ class Grasp:
     @property
     def touch_std_m(self) -> float:
         """Standard deviation of that aperture, m."""
-        return AT_SPEED_STD_M
+        return TOUCH_STD_M
 
     def step(self, now: Situation) -> bool:
         """Advance the stage; return whether the object is grasped. Raises SafetyStop if a stage takes too long."""

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from lsds.runtime.rig import Finger, Rig
     from lsds.safety.device_calls import Call, Calls
     from lsds.tactile.imprint.motion import ImprintMotion
+    from lsds.tactile.perception import Extent
 
 #: Minimum share of a recording's markers that the tracker follows unless the gel has leapt; chosen.
 LEAST_FOLLOWED = 0.5
@@ -73,7 +74,7 @@ class FingerLine:
             config.tactile,
             tracker_name=self._names[0],
             imprint_step=self.imprint,
-            skips=None if config.tactile.budget_ms is None else self._skips,
+            extent_of=None if config.tactile.budget_ms is None else self._extent_of,
         )
 
     @property
@@ -145,16 +146,15 @@ class FingerLine:
         )
         return self.newest
 
-    def _skips(self, field: DeformationField, lost_share: float) -> bool:
-        """Return whether the budget leaves contact, detector and estimator out of a frame, and the imprint unless
-        something moves in the next one."""
+    def _extent_of(self, field: DeformationField, lost_share: float) -> Extent:
+        """Return how much of a frame the budget allows to compute."""
         last = None if self.newest is None else self.newest.detection
         moves = lost_share > 0 or may_move(field, last, self.perception.metres_per_px)
         # The first frame has no earlier answer that could stand.
         self._skipped = not self._budget.affords(moves=moves) and self.newest is not None
-        if not moves and not self._skipped:
-            self.perception.rest()
-        return self._skipped
+        if self._skipped:
+            return "markers"
+        return "in full" if moves else "at rest"
 
     def _has_leapt(self, tracks: MarkerTracks) -> bool:
         """Return whether most markers have been lost for so many frames that the reference is of another gel."""

@@ -35,8 +35,8 @@ LEAST_EVIDENCE_N = 0.03
 MEDIAN_FRAMES = 3
 """Number of frames whose median load, or normal force, counts: one frame alone may be wrong."""
 GREATEST_FRICTION = 2.2
-"""Maximum ratio of the load of a finger to its normal force: rubber on common materials has a friction of up to 1.1,
-and the normal force by the imprint of a gel that is not calibrated may be half of the true one."""
+"""Maximum ratio of the load of a finger to its normal force: the random objects have a friction of up to 1.1, and the
+normal force by the imprint of a gel that is not calibrated may be half of the true one."""
 
 
 class CarriedLoad:

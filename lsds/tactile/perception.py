@@ -6,7 +6,7 @@ The same object processes the running cell and recordings, frame by frame, so of
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from lsds.contracts import Observation
 from lsds.safety.validation import validated_tracks
@@ -39,6 +39,10 @@ if TYPE_CHECKING:
     from lsds.tactile.options import TactileOptions
 
 
+Extent = Literal["in full", "at rest", "markers"]
+"""How much of a frame is computed: everything; everything, although nothing moves; only the markers."""
+
+
 class Perception:
     """Computes observations; keeps the state of tracker, field and features between frames.
 
@@ -53,15 +57,16 @@ class Perception:
         *,
         tracker_name: str = "tracker",
         imprint_step: Step | None = None,
-        skips: Callable[[DeformationField, float], bool] | None = None,
+        extent_of: Callable[[DeformationField, float], Extent] | None = None,
     ) -> None:
         """`tracker_name` names the tracker in errors. `imprint_step` runs the computation of the imprint's motion.
 
-        The motion is computed at most once per frame, when a detector or estimator first asks for it. `skips` decides
-        by the field, and the share of markers lost in this frame, whether the contact patch is left out of a frame:
-        the last one stands then. The imprint's motion is computed only if a later frame needs it.
+        The motion is computed at most once per frame, when a detector or estimator first asks for it. `extent_of`
+        decides by the field, and the share of markers lost in this frame, how much of it is computed. Of a frame of
+        which only the markers are followed, the last contact patch stands, and the imprint's motion is computed only
+        if something moves in the next frame that is seen in full.
         """
-        self._skips = skips
+        self._extent_of = extent_of
         self._imprint_step = imprint_step
         self._tracker, self._tracker_name = tracker, tracker_name
         self._spec = spec
@@ -115,11 +120,6 @@ class Perception:
         self._followed = self._contact = None
         self._left_out = []
 
-    def rest(self) -> None:
-        """Leave the motions of the imprint unknown in the frames that were left out last: nothing moved."""
-        for imprint in self._left_out:
-            imprint.skip()
-
     def observe(self, frame: Frame) -> tuple[Observation, MarkerTracks]:
         """Return the observation of the next frame, and its tracks. Raises DataError for an unusable frame."""
         check_image(frame, self._spec)
@@ -129,15 +129,20 @@ class Perception:
         field = self._field.build(tracks)
         lost = 0.0 if self._followed is None else float((self._followed & ~tracks.valid).mean())
         self._followed = tracks.valid
-        skipped = self._contact is not None and self._skips is not None and self._skips(field, lost)
-        if self._contact is None or not skipped:
+        extent: Extent = "in full"
+        if self._contact is not None and self._extent_of is not None:
+            extent = self._extent_of(field, lost)
+        if extent == "at rest":
+            for left_out in self._left_out:
+                left_out.skip()
+        if self._contact is None or extent != "markers":
             self._contact = self._depth.measure(frame)
         contact = self._contact
         filled = None if field.valid.all() else fill_lost(field)
         features = self._features.extract(field, contact, filled)
         evidence = SlipEvidence(field, contact, self._basis)
         imprint = self._imprint.follow(frame, field)
-        self._left_out = [*self._left_out, imprint] if skipped else []
+        self._left_out = [*self._left_out, imprint] if extent == "markers" else []
         normal = normal_force_of(contact, self._pad_m2)
         load = load_of(field, self.metres_per_px, self._shear_n_m3, normal, filled)
         shown = Observation(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lsds.clock import nanoseconds, perf_ns
 from lsds.contracts import Cycle
 from lsds.contracts.events import FramesRead, JobStepped, TruthKnown
 from lsds.errors import DataError
@@ -99,9 +100,9 @@ class RerunView:
             self._stream.spawn(default_blueprint=blueprint)
         except RuntimeError as error:
             raise DataError(f"view: Rerun's viewer cannot be started: {one_line(error)} ({remedy})") from error
-        until_s = time.monotonic() + CONNECT_S
+        until_ns = perf_ns() + nanoseconds(CONNECT_S)
         while not _listens(VIEWER_PORT):
-            if time.monotonic() > until_s:
+            if perf_ns() > until_ns:
                 self._stream.disconnect()
                 raise DataError(f"view: Rerun's viewer has not started (no display?); {remedy}")
             time.sleep(CONNECT_S / 20)
