@@ -21,14 +21,16 @@ class LsdsError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class ConfigIssue:
-    """One problem in a configuration: the dotted path, the problem, and the remedy if known."""
+    """One problem in a configuration: the dotted path, the problem, and the remedy and the file's line if known."""
 
     path: str
     problem: str
     remedy: str = ""
+    line: int | None = None
 
     def __str__(self) -> str:
-        return f"{self.path}: {self.problem}" + (f" ({self.remedy})" if self.remedy else "")
+        place = self.path if self.line is None else f"{self.path} (line {self.line})"
+        return f"{place}: {self.problem}" + (f" ({self.remedy})" if self.remedy else "")
 
 
 class ConfigError(LsdsError):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +15,7 @@ from lsds.config.calibrated import with_calibration
 from lsds.config.model import RigConfig
 from lsds.config.overrides import apply_overrides
 from lsds.config.own import with_own_backends
-from lsds.config.reading import EDITORS_KEY, read_toml
+from lsds.config.reading import EDITORS_KEY, line_of, read_toml, value_at
 from lsds.contracts.kinds import CONFIG_KINDS
 from lsds.errors import ConfigError, ConfigIssue
 from lsds.registry.host import PluginHost
@@ -45,7 +47,19 @@ def load_config(
     host = host or PluginHost()
     source += " with --set" if overrides else ""
     with_calibration(data, Path(path).parent if path is not None else Path(), source, host)
-    return check_config(data, source, host, issues)
+    try:
+        return check_config(data, source, host, issues)
+    except ConfigError as error:
+        if path is None:
+            raise
+        raise ConfigError(source, [_located(issue, Path(path), data) for issue in error.issues]) from None
+
+
+def _located(issue: ConfigIssue, file: Path, data: dict[str, Any]) -> ConfigIssue:
+    """Return an issue with its line if the value is the file's; an override or a calibration has none."""
+    text = file.read_bytes().decode("utf-8-sig")
+    own = value_at(tomllib.loads(text), issue.path)
+    return replace(issue, line=line_of(text, issue.path) if own == value_at(data, issue.path) else None)
 
 
 def check_config(data: dict[str, Any], source: str, host: PluginHost, issues: Iterable[ConfigIssue] = ()) -> RigConfig:

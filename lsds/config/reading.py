@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,35 @@ def read_toml(path: Path) -> dict[str, Any]:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(str(path), [_syntax_issue(text, error)]) from None
+
+
+def line_of(text: str, path: str) -> int | None:
+    """Return the number of the line on which the key of a dotted path begins in valid TOML, or None.
+
+    The first lines of a file are valid TOML by themselves unless a value goes on, so the key is in the first of these
+    beginnings that has it.
+    """
+    lines = text.splitlines(keepends=True)
+    begun = 1
+    for count in range(1, len(lines) + 1):
+        try:
+            beginning = tomllib.loads("".join(lines[:count]))
+        except tomllib.TOMLDecodeError:
+            continue
+        if value_at(beginning, path) is not None:
+            return begun
+        begun = count + 1
+    return None
+
+
+def value_at(data: Mapping[str, Any], path: str) -> Any:
+    """Return the value at a dotted path, or the list on the way to it; None if there is none."""
+    value: Any = data
+    for part in path.split("."):
+        if isinstance(value, list):
+            break
+        value = value.get(part) if isinstance(value, Mapping) else None
+    return value
 
 
 def _syntax_issue(text: str, error: tomllib.TOMLDecodeError) -> ConfigIssue:

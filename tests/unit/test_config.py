@@ -338,3 +338,21 @@ def test_one_override_may_be_a_text():
     assert load_config(None, "seed=7").seed == 7
     with pytest.raises(ConfigError, match="sed"):
         load_config(None, "sed=7")
+
+
+def test_a_wrong_value_is_named_with_the_line_of_its_key(tmp_path):
+    rig = tmp_path / "rig.toml"
+    rig.write_text(
+        'calibration = [\n  7,\n]\n\n[sensor.mock-gelsight-mini]\nrate_hz = """\n[grip]\npower = 3"""\n'
+        '[grip]  # not the one above\n"power" = 7\nnoise = 0.2\n',
+        encoding="utf-8",
+    )
+    with pytest.raises(ConfigError) as caught:
+        load_config(rig, "grip.noise=9")
+    assert {issue.path: issue.line for issue in caught.value.issues} == {
+        "calibration.0": 1,
+        "grip.power": 10,
+        "grip.noise": None,
+        "sensor.mock-gelsight-mini.rate_hz": 6,
+    }
+    assert "grip.power (line 10): should be" in str(caught.value)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,10 +30,15 @@ TINT = 0.04
 def background(variation: float, rng: np.random.Generator, brightness: float = 1.0) -> NDArray[np.float32]:
     """Return (240, 320, 3) float32 RGB levels: a Gaussian fall-off in x and y through the thirds' centres."""
     tint = brightness * (1 + variation * TINT * rng.uniform(-1, 1, 3))
+    return np.asarray(_levels() * tint, np.float32)
+
+
+@cache
+def _levels() -> NDArray[np.float64]:
+    """Return the levels (240, 320, 3) without a tint, which are those of every gel."""
     across, down = _quadratic(WIDTH_PX), _quadratic(HEIGHT_PX)
     # A parabola through the levels instead of their logarithms would turn negative at the upper edge.
-    lit = np.exp(np.einsum("yi,xj,ijc->yxc", down, across, np.log(GRID_RGB - AMBIENT)))
-    return np.asarray((lit + AMBIENT) * tint, np.float32)
+    return np.asarray(np.exp(np.einsum("yi,xj,ijc->yxc", down, across, np.log(GRID_RGB - AMBIENT))) + AMBIENT)
 
 
 def _quadratic(size: int) -> NDArray[np.float64]:
