@@ -58,7 +58,7 @@ def line_of(text: str, path: str) -> int | None:
 
 
 def value_at(data: Mapping[str, Any], path: str) -> Any:
-    """Return the value at a dotted path, or the list on the way to it; None if there is none."""
+    """Return the value at a dotted path, or the list on the way to it; None if the path does not exist."""
     value: Any = data
     for part in path.split("."):
         if isinstance(value, list):

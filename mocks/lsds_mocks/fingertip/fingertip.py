@@ -80,7 +80,7 @@ class SimulatedFingertip:
     `options` describe object, friction and gel as `[cell.simulated]` does; `look` describes the camera as
     `[sensor.mock-gelsight-mini]` does. `side` is the side of the object on which the pad lies: "back" mirrors a turned
     object. `seed` draws the friction of the surface and the appearance of the gel; `friction` replaces that of the
-    surface.
+    surface. Raises DataError for another side.
     """
 
     def __init__(
@@ -93,6 +93,8 @@ class SimulatedFingertip:
         friction: SurfaceFriction | None = None,
     ) -> None:
         options = options or ContactOptions()
+        if side not in ("front", "back"):
+            raise DataError(f"fingertip: side is {side!r}; write 'front' or 'back'")
         if side == "back":
             options = options.model_copy(update={"turned_deg": -options.turned_deg})
         self.options = options
@@ -124,15 +126,22 @@ class SimulatedFingertip:
         self._slip_distance_m = 0.0
         self._tilt_rad = 0.0
 
-    def stable_step_s(self, pad_kg: float) -> float:
+    @property
+    def reach_m(self) -> tuple[float, float, float]:
+        """Greatest distances (m) from the pad's origin at which something is on the pad, along x, y and z."""
+        width, height = self._pad_m
+        return width / 2, height / 2, self._thickness_m
+
+    def stable_step_s(self, pad_kg: float, object_kg: float | None = None) -> float:
         """Return a time step (s) at which the object is stable between two such fingertips of mass `pad_kg` each.
 
-        Call it before the first step: it measures the gel's stiffness.
+        `object_kg` replaces the mass in the options. The gel's stiffness is measured, so the object is taken off it.
         """
         of = self.options
+        self.release()
         # A push at the grip also turns an object that is gripped away from its middle, as if its mass were less.
         off_centre = (of.grip_height_mm - of.length_mm / 2) / of.length_mm
-        own_kg = of.mass_kg / (1 + 12 * off_centre**2)
+        own_kg = (of.mass_kg if object_kg is None else object_kg) / (1 + 12 * off_centre**2)
         mass_kg = 1 / (1 / own_kg + 1 / (2 * pad_kg))
         gel, deep = self.gel, _TYPICAL_M
         shallow = gel.press(0.9 * deep)
@@ -161,7 +170,9 @@ class SimulatedFingertip:
             raise DataError(f"fingertip: normal force is {normal_n} N; check whether the scene's simulation diverged")
         seen = target.seen_from(pad).checked("fingertip: pose of pad or object")
         self._time_s += dt_s
-        touch = self._outline.touch(seen, self._pad_m)
+        # Behind the gel an object is out of reach. One that lies in it from behind hints at a pad with a wrong z.
+        behind = float(seen.position_m[2]) < -self._outline.half_m - self._thickness_m
+        touch = None if behind else self._outline.touch(seen, self._pad_m)
         if touch is None or (touch.indentation_m if normal_n is None else normal_n) <= 0:
             self.release()
             return np.zeros(6)
@@ -177,6 +188,7 @@ class SimulatedFingertip:
     def restart(self) -> None:
         """Begin a new trial: take the object off the gel, and forget time, slip and what made results invalid."""
         self.release()
+        self._images = 0
         self._time_s = 0.0
         self._deepest_m = 0.0
         self._slip_distance_m = 0.0
@@ -251,13 +263,17 @@ class SimulatedFingertip:
     def _depth_for(self, normal_n: float, reach_m: tuple[float, float] | None) -> float:
         """Return the indentation (m) at which the resting gel carries a normal force; at most the valid one."""
         low, high = 0.0, self._thickness_m * _MOST_STRAIN
-        if self.gel.press(high, reach_m) <= normal_n:
-            return high
-        for _ in range(_DEPTH_HALVINGS):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if self.gel.press(middle, reach_m) < normal_n else (low, middle)
+        depth = min(max(self._indentation_m, _TYPICAL_M), high)
         self._pressed = None
-        return high
+        for _ in range(_DEPTH_TRIES):
+            force_n = self.gel.press(depth, reach_m)
+            if abs(force_n - normal_n) <= _SAME_FORCE * normal_n or high - low < _SAME_DEPTH_M:
+                return depth
+            low, high = (depth, high) if force_n < normal_n else (low, depth)
+            # The force grows about as the depth to the power of 1 (a face) to 1.5 (a ball).
+            nearer = depth * (normal_n / force_n) ** (1 / _POWER) if force_n > 0 else high
+            depth = nearer if low < nearer < high else (low + high) / 2
+        return depth
 
     def _sliding_speed(self, points: NDArray[np.float64]) -> float:
         """Return the mean speed (m/s) of the patch against the object; rotation counts at its radius of gyration."""
@@ -329,8 +345,12 @@ class SimulatedFingertip:
 
 _MOST_STRAIN = 0.5
 """Greatest indentation as part of the gel's thickness that a normal force may lead to, far beyond the valid range."""
-_DEPTH_HALVINGS = 14
-"""Halvings of that range when the indentation for a force is sought: 0.1 um for the default gel."""
+_DEPTH_TRIES = 40
+"""Greatest number of indentations that are tried for a force; a step needs about three, a first touch eight."""
+_SAME_FORCE = 5e-4
+"""Greatest relative error of the force when its indentation is sought."""
+_POWER = 1.25
+"""Power of the depth with which the force grows, in the search for an indentation; between a face and a ball."""
 _SAME_DEPTH_M = 1e-9
 """Change of the indentation that does not press the gel again, m: 10 uN on a gel of 10 N/mm."""
 _TYPICAL_M = 0.3e-3

@@ -18,7 +18,7 @@ from lsds.errors import ConfigError, ConfigIssue, DataError
 from lsds.support.extras import require
 from lsds_mocks.cell.build import build_friction, cell_of, plant_streams
 from lsds_mocks.fingertip.fingertip import SimulatedFingertip
-from lsds_mocks.fingertip.mujoco_scene import MujocoFingertip, MujocoScene
+from lsds_mocks.fingertip.mujoco_scene import MujocoFingertip, MujocoScene, has_frame, mass_of
 from lsds_mocks.fingertip.pipe import PAD_KG, STEPS_S, pipe_mjcf
 from lsds_mocks.plant.physics import FINGERS, Physics
 from lsds_mocks.plant.vibration import Vibration
@@ -45,6 +45,8 @@ class MujocoPlant(Physics):
         )
         self.gel = self._left.gel
         model, data = _model(options, self._left)
+        for key in ("left_pad", "right_pad", "held"):
+            _require_frame(model, options, key)
         self._scene = MujocoScene(
             model,
             data,
@@ -54,14 +56,19 @@ class MujocoPlant(Physics):
             ],
         )
         self._step_s = float(model.opt.timestep)
-        self._actuators = [_actuator(data, name) for name in (options.lift, options.squeeze)]
+        self._actuators = [_actuator(model, data, options, key) for key in ("lift", "squeeze")]
+        if options.lift == options.squeeze:
+            raise DataError(f"lift and squeeze are one actuator, {options.lift!r}; name two")
         pads = [finger.pad_pose().position_m for finger in self._scene.fingertips]
-        self._pad_bodies = {finger.pad_body for finger in self._scene.fingertips}
+        welded = model.body_weldid
+        self._pad_bodies = {int(welded[finger.pad_body]) for finger in self._scene.fingertips}
         self._target = self._scene.fingertips[0].target_body
+        if not welded[self._target]:
+            raise DataError(f"held = {options.held!r} cannot move: give its body a <freejoint/>")
         self._opened_m = float(np.linalg.norm(pads[0] - pads[1]))
         super().__init__(float(pads[0][2]))
         self._start_m = self.arm.position_m
-        self._mass_kg = float(model.body_mass[self._target])
+        self._mass_kg = mass_of(model, self._target)
         self._foot_m = self._height()
         self._vibration = Vibration(options.vibration_um * 1e-6, plant_streams(seed)[2])
         self._time_s = 0.0
@@ -129,10 +136,9 @@ class MujocoPlant(Physics):
         data, model = self._scene.data, self._scene.model
         if not data.ncon:
             return False
-        for pair in model.geom_bodyid[data.contact.geom].tolist():
-            if self._target in pair and not self._pad_bodies & set(pair):
-                return True
-        return False
+        own = int(model.body_weldid[self._target])
+        pairs = model.body_weldid[model.geom_bodyid[data.contact.geom]].tolist()
+        return any(own in pair and not self._pad_bodies & set(pair) for pair in pairs)
 
 
 def _model(options: MujocoCellOptions, tip: SimulatedFingertip) -> tuple[Any, Any]:
@@ -144,7 +150,7 @@ def _model(options: MujocoCellOptions, tip: SimulatedFingertip) -> tuple[Any, An
         try:
             model = engine.MjModel.from_xml_path(str(Path(options.scene)))
         except (ValueError, OSError) as error:
-            raise DataError(f"cell.mujoco.scene: {error}") from error
+            raise DataError(f"scene = {options.scene}: MuJoCo cannot read it: {error}") from error
     else:
         stable = tip.stable_step_s(PAD_KG)
         most = min(stable, options.step_ms * 1e-3)
@@ -153,7 +159,7 @@ def _model(options: MujocoCellOptions, tip: SimulatedFingertip) -> tuple[Any, An
     parts = options.step_ms * 1e-3 / float(model.opt.timestep)
     if parts < 1 or abs(parts - round(parts)) > 1e-6:
         raise DataError(
-            f"cell.mujoco.step_ms = {options.step_ms:g}: no multiple of the scene's time step of "
+            f"step_ms = {options.step_ms:g}: no multiple of the scene's time step of "
             f"{1e3 * float(model.opt.timestep):g} ms; change one of them"
         )
     data = engine.MjData(model)
@@ -161,11 +167,24 @@ def _model(options: MujocoCellOptions, tip: SimulatedFingertip) -> tuple[Any, An
     return model, data
 
 
-def _actuator(data: Any, name: str) -> Any:
+def _require_frame(model: Any, options: MujocoCellOptions, key: str) -> None:
+    """Raise DataError if the frame of an option is missing."""
+    name = getattr(options, key)
+    if not has_frame(model, name):
+        raise DataError(f"{key} = {name!r}: no site and no body {name!r} in the model")
+
+
+def _actuator(model: Any, data: Any, options: MujocoCellOptions, key: str) -> Any:
+    """Return the actuator of an option. Raises DataError if the model does not have it, or if it sets a force."""
+    name = getattr(options, key)
     try:
-        return data.actuator(name)
+        number = model.actuator(name).id
     except KeyError as error:
-        raise DataError(f"MuJoCo scene: no actuator {name!r} in the model; name it in [cell.mujoco]") from error
+        raise DataError(f"{key} = {name!r}: no actuator {name!r} in the model") from error
+    # A position servo has a bias of minus its gain; a motor has none.
+    if model.actuator_biasprm[number][1] >= 0:
+        raise DataError(f"{key} = {name!r}: the actuator sets a force, but a position (m) is commanded; use <position>")
+    return data.actuator(name)
 
 
 def build_mujoco_cell(options: MujocoCellOptions, context: BuildContext) -> SimulatedCell[MujocoPlant]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -13,6 +14,8 @@ from lsds_mocks.fingertip.pose import Pose, moment_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from numpy.typing import NDArray
+
     from lsds_mocks.fingertip.fingertip import SimulatedFingertip
 
 Mode = Literal["feel", "see"]
@@ -22,40 +25,80 @@ class MujocoFingertip:
     """One fingertip on a pad of a MuJoCo model.
 
     `pad` and `target` name the site, or else the body, whose frame is the pad's and the object's; the frames are
-    described in `lsds_mocks.fingertip.fingertip`. Raises DataError for a name that the model does not have.
+    described in `lsds_mocks.fingertip.fingertip`. Bodies that are welded to these belong to pad and object. Raises
+    DataError for a name that the model does not have, and if pad and object are one body.
     """
 
     def __init__(self, model: Any, data: Any, tip: SimulatedFingertip, *, pad: str, target: str) -> None:
         require("mujoco", extra="mujoco", purpose="a fingertip in a MuJoCo scene")
         self.tip = tip
         self.pad, self.target = pad, target
-        self._data = data
+        self.data, self._model = data, model
         self.pad_body, self.pad_pose = _frame(model, data, pad)
         self.target_body, self.target_pose = _frame(model, data, target)
-        #: What `feel` has added to the applied force and torque of a body.
-        self.added = {self.pad_body: np.zeros(6), self.target_body: np.zeros(6)}
+        self._pair = [int(model.body_weldid[body]) for body in (self.pad_body, self.target_body)]
+        if self._pair[0] == self._pair[1]:
+            raise DataError(f"MuJoCo scene: pad {pad!r} and object {target!r} are on one body; name a frame of each")
 
-    def feel(self, dt_s: float) -> None:
-        """Step the fingertip to the scene's present poses, and let its wrench act on both bodies."""
+    def wrenches(self, dt_s: float) -> list[tuple[int, NDArray[np.float64]]]:
+        """Step the fingertip to the scene's present poses; return the wrench on either body at its centre of mass."""
         pad = self.pad_pose()
-        wrench = self.tip.step(pad, self.target_pose(), dt_s)
+        wrench = self._stepped(pad, dt_s)
+        found = []
         for body, sign in ((self.target_body, 1.0), (self.pad_body, -1.0)):
-            # MuJoCo applies forces at the centre of mass.
-            arm = pad.position_m - self._data.xipos[body]
             own = sign * wrench
-            own[3:] += moment_of(arm, own[:3])
-            # Other forces on the bodies stay as they are.
-            self._data.xfrc_applied[body] += own - self.added[body]
-            self.added[body] = own
+            own[3:] += moment_of(pad.position_m - self.data.xipos[body], own[:3])
+            found.append((body, own))
+        return found
 
     def see(self, dt_s: float, normal_n: float) -> None:
         """Step the fingertip to the scene's present poses under the normal force of the scene's own contact."""
-        self.tip.step(self.pad_pose(), self.target_pose(), dt_s, normal_n=normal_n)
+        self._stepped(self.pad_pose(), dt_s, normal_n)
 
-    def forget(self) -> None:
-        """Begin a new trial after the scene was reset, which also cleared the applied forces."""
-        self.tip.restart()
-        self.added = {body: np.zeros(6) for body in self.added}
+    def _stepped(self, pad: Pose, dt_s: float, normal_n: float | None = None) -> NDArray[np.float64]:
+        try:
+            return self.tip.step(pad, self.target_pose(), dt_s, normal_n=normal_n)
+        except DataError as error:
+            stable_s = self.stable_step_s()
+            longer = f"; the step of {1e3 * dt_s:g} ms is not stable, {1e3 * stable_s:.2g} ms is"
+            text = f"MuJoCo pad {self.pad!r} and object {self.target!r}: {error}"
+            raise DataError(text + (longer if normal_n is None and dt_s > stable_s else "")) from error
+
+    def stable_step_s(self) -> float:
+        """Return a time step (s) that is stable for the model's masses. It takes the object off the gel."""
+        pad_kg = float(self._model.body_mass[self.pad_body])
+        return self.tip.stable_step_s(pad_kg or math.inf, mass_of(self._model, self.target_body))
+
+    def contacts(self) -> list[int]:
+        """Return the numbers of MuJoCo's contacts between pad and object."""
+        data, model = self.data, self._model
+        if not data.ncon:
+            return []
+        geoms = data.contact.geom
+        welded = np.where(geoms >= 0, model.body_weldid[model.geom_bodyid[geoms]], -1)
+        found: list[int] = np.flatnonzero((np.sort(welded, axis=1) == sorted(self._pair)).all(axis=1)).tolist()
+        # A pad that does not move is welded to the floor.
+        return found if self._pair[0] else [i for i in found if self._is_over(data.contact.pos[i])]
+
+    def contact_force(self) -> float | None:
+        """Return the sum of MuJoCo's normal forces between pad and object (N); None without a contact."""
+        found = self.contacts()
+        if not found:
+            return None
+        import mujoco
+
+        engine: Any = mujoco  # Its functions are compiled and have no types.
+        total, force = 0.0, np.zeros(6)
+        for i in found:
+            engine.mj_contactForce(self._model, self.data, i, force)
+            total += float(force[0])
+        return total
+
+    def _is_over(self, position_m: NDArray[np.float64]) -> bool:
+        """Return whether a position in the world is on the pad."""
+        pad = self.pad_pose()
+        here = pad.rotation.T @ (position_m - pad.position_m)
+        return bool((np.abs(here) <= self.tip.reach_m).all())
 
 
 class MujocoScene:
@@ -64,6 +107,10 @@ class MujocoScene:
     `feel`: the fingertips' wrenches act on pads and objects, so MuJoCo must not collide them: exclude the pair with
     `<exclude>`, or by contype and conaffinity. `see`: MuJoCo's contacts carry the object, and the fingertips show the
     images that such a motion and normal force would cause. The fingertips step every `every` steps of MuJoCo.
+
+    The wrenches are added to `data.xfrc_applied` for MuJoCo's step only: between steps it holds the program's own
+    forces, and `applied` (bodies, 6) holds the wrenches of the next step, force (N) and torque (N m) at the centres of
+    mass.
     """
 
     def __init__(
@@ -74,26 +121,41 @@ class MujocoScene:
             raise DataError(f"MuJoCo scene: mode is {mode!r}; write 'feel' or 'see'")
         if every < 1:
             raise DataError(f"MuJoCo scene: every is {every}; pass 1 or more")
+        if any(fingertip.data is not data for fingertip in fingertips):
+            raise DataError("MuJoCo scene: a fingertip belongs to other data; make all with the scene's model and data")
+        if len({id(fingertip.tip) for fingertip in fingertips}) < len(fingertips):
+            raise DataError("MuJoCo scene: two pads share one SimulatedFingertip; make one for each")
         import mujoco
 
         self._mujoco: Any = mujoco
         self.model, self.data = model, data
         self.fingertips = tuple(fingertips)
+        self.applied = np.zeros((model.nbody, 6))
         self._mode, self._every = mode, every
         self._count = 0
         self._time_s = float(data.time)
 
     def step(self, steps: int = 1) -> None:
-        """Advance the scene by a number of MuJoCo's steps."""
+        """Advance the scene by a number of MuJoCo's steps.
+
+        Raises DataError if MuJoCo's simulation diverges, if MuJoCo collides what a fingertip feels, and for poses that
+        a fingertip cannot have.
+        """
         mujoco, model, data = self._mujoco, self.model, self.data
         for _ in range(steps):
             if data.time < self._time_s:
-                self._count = 0
-                for fingertip in self.fingertips:
-                    fingertip.forget()
-            self._restore()
+                self.forget()
+            before_s = float(data.time)
+            own = data.xfrc_applied.copy()
+            data.xfrc_applied += self.applied
             mujoco.mj_step(model, data)
+            data.xfrc_applied[:] = own
             self._time_s = float(data.time)
+            if self._time_s <= before_s:
+                raise DataError(
+                    f"MuJoCo scene: MuJoCo reset the scene at {before_s:.4g} s because its simulation diverged; take a "
+                    "shorter step, and see MUJOCO_LOG.TXT"
+                )
             self._count += 1
             if self._count % self._every == 0:
                 # A step ends with new joint positions; the poses of bodies and sites still belong to its beginning.
@@ -101,43 +163,47 @@ class MujocoScene:
                 mujoco.mj_comPos(model, data)
                 self._touch(self._every * float(model.opt.timestep))
 
-    def _restore(self) -> None:
-        """Apply the wrenches again where a program has cleared the applied forces."""
-        bodies = {body for fingertip in self.fingertips for body in fingertip.added}
-        for body in (body for body in bodies if not self.data.xfrc_applied[body].any()):
-            self.data.xfrc_applied[body] = sum(fingertip.added.get(body, 0.0) for fingertip in self.fingertips)
+    def reset(self, keyframe: int | None = None) -> None:
+        """Begin a new trial: reset MuJoCo's data, to a keyframe if one is given, and the fingertips."""
+        if keyframe is None:
+            self._mujoco.mj_resetData(self.model, self.data)
+        else:
+            self._mujoco.mj_resetDataKeyframe(self.model, self.data, keyframe)
+        self._mujoco.mj_forward(self.model, self.data)
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin a new trial of the fingertips, after the data were reset; a step does so where time went back."""
+        self._count = 0
+        self._time_s = float(self.data.time)
+        self.applied[:] = 0.0
+        for fingertip in self.fingertips:
+            fingertip.tip.restart()
 
     def _touch(self, dt_s: float) -> None:
+        if self._mode == "see":
+            for fingertip in self.fingertips:
+                fingertip.see(dt_s, fingertip.contact_force() or 0.0)
+            return
+        self.applied[:] = 0.0
         for fingertip in self.fingertips:
-            normal_n = self._contact_force(fingertip)
-            if self._mode == "see":
-                fingertip.see(dt_s, normal_n or 0.0)
-                continue
-            if normal_n is not None:
-                pair = (
-                    f"{self.model.body(fingertip.pad_body).name!r} and {self.model.body(fingertip.target_body).name!r}"
-                )
-                raise DataError(
-                    f"MuJoCo scene: bodies {pair} collide in MuJoCo, too; add them to <contact> as <exclude>, or use "
-                    "mode='see'"
-                )
-            fingertip.feel(dt_s)
+            if collided := fingertip.contacts():
+                raise DataError(self._collision(collided[0]))
+            for body, wrench in fingertip.wrenches(dt_s):
+                self.applied[body] += wrench
 
-    def _contact_force(self, fingertip: MujocoFingertip) -> float | None:
-        """Return the sum of MuJoCo's normal forces between pad and object (N); None without a contact."""
-        data, model = self.data, self.model
-        if not data.ncon:
-            return None
-        bodies = model.geom_bodyid[data.contact.geom]
-        pair = {fingertip.pad_body, fingertip.target_body}
-        found = [i for i, two in enumerate(bodies.tolist()) if set(two) == pair]
-        if not found:
-            return None
-        total, force = 0.0, np.zeros(6)
-        for i in found:
-            self._mujoco.mj_contactForce(model, data, i, force)
-            total += float(force[0])
-        return total
+    def _collision(self, contact: int) -> str:
+        bodies = sorted(self.model.geom_bodyid[self.data.contact.geom[contact]].tolist())
+        names = [repr(self.model.body(body).name or f"number {body}") for body in bodies]
+        # Without the world's body the object would fall through the floor.
+        remedy = "add them to <contact> as <exclude>" if all(bodies) else "keep their geoms apart by contype"
+        return f"MuJoCo scene: bodies {' and '.join(names)} collide in MuJoCo, too; {remedy}, or use mode='see'"
+
+
+def mass_of(model: Any, body: int) -> float:
+    """Return the mass (kg) of all that moves with a body: from the joint that moves it on."""
+    top = int(model.body_weldid[body])
+    return float(model.body_subtreemass[top] if top else model.body_mass[body])
 
 
 def _frame(model: Any, data: Any, name: str) -> tuple[int, Callable[[], Pose]]:
@@ -148,9 +214,13 @@ def _frame(model: Any, data: Any, name: str) -> tuple[int, Callable[[], Pose]]:
     number = int(getattr(model, kind)(name).id)
     place = data.site_xpos if kind == "site" else data.xpos
     turn = data.site_xmat if kind == "site" else data.xmat
-    label = f"MuJoCo {kind} {name!r}"
     body = int(model.site_bodyid[number]) if kind == "site" else number
-    return body, lambda: Pose(place[number].copy(), turn[number].reshape(3, 3).copy()).checked(label)
+    return body, lambda: Pose(place[number].copy(), turn[number].reshape(3, 3).copy())
+
+
+def has_frame(model: Any, name: str) -> bool:
+    """Return whether a model has a site or a body of a name."""
+    return any(_has(getattr(model, kind), name) for kind in ("site", "body"))
 
 
 def _has(find: Callable[[str], Any], name: str) -> bool:

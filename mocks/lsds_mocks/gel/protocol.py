@@ -36,9 +36,10 @@ NO_REACTION = Reaction(0.0, 0.0, 0.0, 0.0, 0.0)
 class GelModel(Protocol):
     """A gel with friction and memory, driven by the object's rigid motion.
 
-    Each step calls `press` and `set_friction`, then any number of `trial`s; `commit` adopts the last trial. A trial
-    does not change the history. The history is a `GelState`, a value that `state` copies and `restore` sets. `grain` is
-    the fine relief of the object's surface, which shows in images but does not affect forces; None without relief.
+    Each step calls `press` and `set_friction`, then any number of `trial`s; `commit` adopts the last trial. Neither a
+    press nor a trial changes the history, so several may be tried in a step. The history is a `GelState`, a value that
+    `state` copies and `restore` sets. `grain` is the fine relief of the object's surface, which shows in images but
+    does not affect forces; None without relief.
     """
 
     grain: Grain | None

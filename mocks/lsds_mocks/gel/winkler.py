@@ -72,6 +72,7 @@ class WinklerGel:
         size = self._points.shape[1]
         self._gap = shape.gap(self._points[0], self._points[1])
         self._u = np.zeros((2, size))
+        self._own_u = np.zeros((2, size))
         self._try = np.zeros((2, size))
         self._try_x, self._try_y = self._try
         self._shift = np.zeros((2, 1))
@@ -81,7 +82,7 @@ class WinklerGel:
         self._scale = np.ones(size)
         self._kept_scale = np.ones(size)
         self._pressure = np.zeros(size)
-        self._k = 1.0
+        self._k = self._own_k = 1.0
         self._touching = 0
         self._tried_stuck = self._stuck = 0
         self._contact = np.zeros(size, bool)
@@ -135,14 +136,15 @@ class WinklerGel:
     def _stiffen(self, edge_m: float, under: NDArray[np.bool_]) -> None:
         """Distribute the contact's shear stiffness over the bristles under the object.
 
-        A bristle that gets stiffer is drawn back so that its force stays the same, which cannot increase its energy.
+        A bristle that gets stiffer than at the last commit is drawn back so that its force stays the same, which cannot
+        increase its energy.
         """
         touching = int(np.count_nonzero(under))
         if not touching:
             return
         per_area = self.material.shear_stiffness_n_m3(self.shape.perimeter_per_area(edge_m))
         stiffness = per_area * self.shape.area(edge_m) / touching
-        self._u *= min(self._k / stiffness, 1.0)
+        np.multiply(self._own_u, min(self._own_k / stiffness, 1.0), out=self._u)
         self._k = stiffness
 
     def set_friction(self, friction: NDArray[np.float64]) -> None:
@@ -176,12 +178,15 @@ class WinklerGel:
 
     def commit(self) -> None:
         """Keep the last trial's drawn-back deflections; without contact the gel springs back at once."""
+        self._own_k = self._k
         if not self._touching:
             self._u.fill(0.0)
+            self._own_u.fill(0.0)
             self._kept_scale.fill(0.0)
             self._stuck = 0
             return
         np.multiply(self._try, self._scale, out=self._u)
+        np.copyto(self._own_u, self._u)
         self._scale, self._kept_scale = self._kept_scale, self._scale
         self._stuck = self._tried_stuck
 
@@ -213,7 +218,8 @@ class WinklerGel:
     def restore(self, state: GelState) -> None:
         """Put a history back."""
         self._load(state.indentation_m, state.normal_force_n, state.reach_m)
-        self._u[:] = state.deflection_m
+        self._u[:] = self._own_u[:] = state.deflection_m
+        self._own_k = self._k
         self._kept_scale[:] = ~state.slid
         self._stuck = int(np.count_nonzero(self._contact & ~state.slid))
 

@@ -122,6 +122,26 @@ def test_a_force_sets_the_indentation_that_carries_it():
     assert tip.step(PAD, at(0.0), DT_S, normal_n=0.0).tolist() == [0.0] * 6
 
 
+@pytest.mark.parametrize("fidelity", ["winkler", "auto"])
+@pytest.mark.parametrize("shape", ["cylinder", "sphere", "box"])
+def test_an_object_that_a_force_presses_shears_the_gel(fidelity, shape):
+    """As one that is as deep does: looking for the depth of a force costs no shear."""
+    options = {"shape": shape, "fidelity": fidelity, "texture_amplitude": 0.0}
+    seen, felt = fingertip(**options), fingertip(**options)
+    half_m = seen.options.diameter_mm * 0.5e-3
+    for step in range(120):
+        seen.step(PAD, Pose.of((0, step * 5e-6, half_m)), DT_S, normal_n=3.0)
+        depth_m = seen.truth().indentation_m
+        felt.step(PAD, Pose.of((0, step * 5e-6, half_m - depth_m)), DT_S)
+    assert seen.truth().normal_force_n == pytest.approx(3.0, rel=0.01)
+    assert seen.truth().tangential_force_n == pytest.approx(felt.truth().tangential_force_n, rel=0.05)
+    assert seen.truth().tangential_force_n > 0.3
+
+
+def test_an_object_behind_the_pad_does_not_touch_it():
+    assert not fingertip().step(PAD, Pose.of((0, 0, -0.03)), DT_S).any()
+
+
 def test_lost_contact_frees_the_gel():
     tip = fingertip()
     slide(tip, 0.5e-3, 0.3e-3)

@@ -48,11 +48,37 @@ def test_a_scene_of_your_own_is_used(tmp_path):
         ("scene=missing.xml", "missing.xml"),
         ("held=cup", "no site and no body 'cup'"),
         ("lift=winch", "no actuator 'winch'"),
+        ("lift=squeeze", "lift and squeeze are one actuator, 'squeeze'"),
     ],
 )
 def test_a_scene_that_cannot_be_used_is_one_clear_error(setting, problem):
     with pytest.raises(ConfigError, match=problem):
         lifted(f"cell.mujoco.{setting}")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ("<freejoint/>", "", "held = 'held' cannot move: give its body a <freejoint/>"),
+        ('<position name="squeeze"', '<general name="squeeze"', "squeeze = 'squeeze': the actuator sets a force"),
+        ("<worldbody>", "<worldbody", r"scene.xml: MuJoCo cannot read it: .*"),
+    ],
+)
+def test_a_scene_that_cannot_work_is_one_clear_error(tmp_path, old, new, problem):
+    file = tmp_path / "scene.xml"
+    text = pipe_mjcf(CellOptions(fidelity="winkler"), step_s=1e-3, grip="aperture").replace(old, new)
+    file.write_text(text.replace('kp="200000.0"/>', "/>") if "general" in new else text, encoding="utf-8")
+    with pytest.raises(ConfigError, match=problem):
+        lifted(f"cell.mujoco.scene={file}")
+
+
+def test_all_that_moves_with_the_object_has_to_be_carried(tmp_path):
+    file = tmp_path / "scene.xml"
+    text = pipe_mjcf(CellOptions(fidelity="winkler"), step_s=1e-3, grip="aperture")
+    lid = '<body name="lid"><inertial pos="0 0 0" mass="0.2" diaginertia="1e-4 1e-4 1e-4"/></body>'
+    file.write_text(text.replace('mass="0.3"', 'mass="0.1"').replace('<site name="held"', f'{lid}<site name="held"'))
+    truth = lifted(f"cell.mujoco.scene={file}").truths[-1]
+    assert truth.required_normal_force_n == pytest.approx(0.3 * 9.81 / 2 / 0.55, rel=0.05)
 
 
 def test_a_step_that_is_no_multiple_of_the_scenes_is_an_error(tmp_path):
@@ -72,6 +98,6 @@ def test_what_a_mujoco_scene_does_not_have_is_no_key_of_it(key):
 @pytest.mark.parametrize("name", ["can", "book", "plank", "ball", "screwdriver", "candle"])
 def test_the_same_grip_holds_in_both_cells(name):
     """The belief closes by the same ticks: objects of which the present law does so in both cells."""
-    own, other = (closed_loop.lift(cell, name, "winkler") for cell in closed_loop.CELLS)
+    own, other = (closed_loop.lifts(cell, name, "winkler", 3) for cell in closed_loop.CELLS)
     assert other.steady_n == pytest.approx(own.steady_n, rel=0.05)
     assert other.slip_mm == pytest.approx(own.slip_mm, abs=0.7)

@@ -67,6 +67,22 @@ def test_the_tangential_force_rises_with_the_load():
     assert forces == pytest.approx(WEIGHT_N + np.arange(0.0, 6.0), rel=0.02)
 
 
+def test_forces_of_the_program_are_left_alone():
+    """Assigned in each step or once: between steps the applied forces are the program's."""
+    once, again = lifted(grip_n=10.0), lifted(grip_n=10.0)
+    body = once.model.body("object").id
+    once.data.xfrc_applied[body, 2] = -1.0
+    for _ in range(100):
+        again.data.xfrc_applied[:] = 0.0
+        again.data.xfrc_applied[body, 2] = -1.0
+        once.step()
+        again.step()
+    for scene in (once, again):
+        assert scene.data.xfrc_applied[body].tolist() == [0.0, 0.0, -1.0, 0.0, 0.0, 0.0]
+        assert np.count_nonzero(scene.data.xfrc_applied) == 1
+        assert sum(truth.force_n[1] for truth in truths(scene)) == pytest.approx(WEIGHT_N + 1.0, rel=0.02)
+
+
 @pytest.mark.parametrize("steps", [1, 5])
 def test_a_program_that_clears_the_applied_forces_does_not_clear_the_grip(steps):
     kept, cleared = lifted(), lifted()
@@ -95,7 +111,7 @@ def test_the_pipe_slips_when_friction_no_longer_carries_it():
 
 def test_the_wrenches_of_pad_and_object_are_opposite():
     scene = lifted()
-    applied = scene.data.xfrc_applied
+    applied = scene.applied
     bodies = [scene.model.body(name).id for name in ("object", "left", "right")]
     force = applied[bodies, :3]
     assert force.sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-9)
@@ -126,8 +142,94 @@ def test_a_reset_frees_the_gel_and_the_scene_runs_again_alike():
     scene.step(2)
     assert truths(scene)[0].normal_force_n == 0.0
     assert truths(scene)[0].time_s == pytest.approx(scene.data.time)
-    assert not scene.data.xfrc_applied.any()
+    assert not scene.applied.any()
     assert run() == pytest.approx(first, rel=1e-3)
+
+
+def test_an_episode_repeats_exactly_after_a_reset():
+    scene = pipe_scene(pipe())
+
+    def episode():
+        begun = scene.fingertips[0].tip.image()
+        scene.data.actuator("squeeze").ctrl = 6.0
+        scene.step(300)
+        return begun, scene.fingertips[0].tip.image(), scene.data.qpos.copy()
+
+    first = episode()
+    scene.reset()
+    assert not any(truth.time_s or truth.normal_force_n for truth in truths(scene))
+    for one, other in zip(first, episode(), strict=True):
+        assert (one == other).all()
+
+
+def test_a_scene_that_diverges_is_an_error():
+    scene = lifted()
+    scene.data.qvel[-1] = np.nan
+    with pytest.raises(DataError, match=r"MuJoCo reset the scene at 1\.5.* take a shorter step"):
+        scene.step(5)
+
+
+def test_a_step_that_is_too_long_is_named():
+    light = pipe(mass_kg=0.01)
+    scene = pipe_scene(light, step_s=2e-3)
+    scene.data.actuator("squeeze").ctrl = 6.0
+    with pytest.raises(DataError, match=r"pad '\w+' and object 'held': .*the step of 2 ms is not stable, 0\.\d+ ms is"):
+        scene.step(3000)
+
+
+def nested(text):
+    """The scene with the geoms of pads and object on separate bodies, welded to those that carry the sites."""
+    for name in ("left", "right"):
+        text = text.replace(
+            f'mass="0.5"/>\n          <site name="{name}_pad"',
+            f'mass="0.5"/></body>\n          <site name="{name}_pad"',
+        )
+    text = text.replace('<geom type="box" size="0.004', '<body><geom type="box" size="0.004')
+    return text.replace('<geom type="cylinder"', '<body><geom type="cylinder"').replace(
+        '<site name="held"', '</body><site name="held"'
+    )
+
+
+def scene_of(text, mode):
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    pads = [
+        MujocoFingertip(model, data, SimulatedFingertip(pipe(), side=side), pad=f"{name}_pad", target="held")
+        for name, side in (("left", "front"), ("right", "back"))
+    ]
+    return MujocoScene(model, data, pads, mode=mode)
+
+
+def test_what_is_welded_to_a_pad_or_an_object_belongs_to_it():
+    text = nested(pipe_mjcf(pipe(), mode="see"))
+    seen = scene_of(text, "see")
+    seen.data.actuator("squeeze").ctrl = 6.0
+    seen.step(300)
+    assert truths(seen)[0].normal_force_n == pytest.approx(6.0, rel=0.05)
+    felt = scene_of(text, "feel")
+    felt.data.actuator("squeeze").ctrl = 6.0
+    with pytest.raises(DataError, match=r"bodies .* and .* collide in MuJoCo, too; add them"):
+        felt.step(300)
+
+
+@pytest.mark.parametrize("mode", ["feel", "see"])
+def test_the_floor_under_an_object_is_not_a_pad_that_does_not_move(mode):
+    """Pads that are sites of the world belong to the same body as the floor."""
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><worldbody>
+        <geom type="plane" size="1 1 0.1"/>
+        <site name="pad" pos="-0.05 0 0.05" xyaxes="0 -1 0 0 0 -1"/>
+        <body name="object" pos="0 0 0.075"><freejoint/>
+          <geom type="cylinder" size="0.0125 0.075" mass="0.3"/><site name="held" xyaxes="0 -1 0 0 0 -1"/>
+        </body></worldbody></mujoco>"""
+    )
+    data = mujoco.MjData(model)
+    tip = MujocoFingertip(model, data, SimulatedFingertip(pipe()), pad="pad", target="held")
+    scene = MujocoScene(model, data, [tip], mode=mode)
+    scene.step(100)
+    assert data.ncon > 0
+    assert truths(scene)[0].normal_force_n == 0.0
 
 
 def test_seen_contacts_show_the_force_that_mujoco_carries():
@@ -137,7 +239,7 @@ def test_seen_contacts_show_the_force_that_mujoco_carries():
     scene.step(300)
     truth = truths(scene)[0]
     assert truth.normal_force_n == pytest.approx(6.0, rel=0.05)
-    assert not scene.data.xfrc_applied.any()
+    assert not scene.applied.any()
     assert np.abs(scene.fingertips[0].tip.image().astype(int) - rest).mean() > 1.0
 
 
@@ -161,6 +263,17 @@ def test_a_contact_that_mujoco_carries_too_is_an_error():
         (
             lambda scene: MujocoFingertip(scene.model, scene.data, scene.fingertips[0].tip, pad="thumb", target="held"),
             "no site and no body 'thumb'",
+        ),
+        (
+            lambda scene: MujocoFingertip(
+                scene.model, scene.data, scene.fingertips[0].tip, pad="held", target="object"
+            ),
+            "pad 'held' and object 'object' are on one body",
+        ),
+        (lambda scene: MujocoScene(scene.model, scene.data, scene.fingertips[:1] * 2), "two pads share one"),
+        (
+            lambda scene: MujocoScene(scene.model, mujoco.MjData(scene.model), scene.fingertips),
+            "belongs to other data",
         ),
     ],
 )
