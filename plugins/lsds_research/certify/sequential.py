@@ -1,6 +1,6 @@
 """The probability of a failure from runs that are spent where the answer is least certain.
 
-The first quarter of the budget is drawn uniformly. A random forest fitted on its margins sorts the space by predicted
+The first quarter of the budget is drawn uniformly. A random forest fitted on its outcomes sorts the space by predicted
 risk into strata (Dalenius and Hodges 1959); each further batch is drawn where it reduces the variance of the sum over
 the strata most (Neyman 1934, with predicted instead of known variances). Half-way the forest is fitted again. Runs
 that chose the strata do not count in them, so each stage is an estimate without bias; the stages are averaged by their
@@ -77,13 +77,17 @@ class _Stage:
         return np.bincount(own, minlength=len(self.sizes)), np.bincount(own[failed], minlength=len(self.sizes))
 
 
+Describe = Callable[[Points | Floats], Floats]
+"""Returns what a forest gets of points: rows (n, columns)."""
+
+
 def sequential(
-    dimensions: int, used: Callable[[int], float], seed: int
+    dimensions: int, used: Callable[[int], float], seed: int, describe: Describe = np.array
 ) -> Generator[Points, Sequence[float], Estimate]:
     """Yield batches of points of the unit cube; send back their margins, below 0 for a failure; return the estimate.
 
-    `used` returns the share of the budget that is used after a number of runs. Raises MissingExtra without
-    scikit-learn.
+    `used` returns the share of the budget that is used after a number of runs; `describe` may add columns to the points
+    for the forest. Raises MissingExtra without scikit-learn.
     """
     require("sklearn", extra="search", purpose="a certificate")
     rng = np.random.default_rng(seed)
@@ -91,7 +95,7 @@ def sequential(
     margins: list[float] = []
     stages: list[_Stage] = []
     for ends in STAGES:
-        stage, pool, stratum = _begun(dimensions, points, margins, rng, seed)
+        stage, pool, stratum = _begun(dimensions, points, margins, rng, seed, describe)
         while not stage.margins or used(len(points)) < ends:
             own = _allotted(stage, rng)
             chosen = [pool[rng.choice(np.flatnonzero(stratum == k))] for k in own]
@@ -103,10 +107,12 @@ def sequential(
         stages.append(stage)
         if used(len(points)) >= STAGES[-1]:
             break
-    return _estimate(stages, points, margins, rng, seed)
+    return _estimate(stages, points, margins, rng, seed, describe)
 
 
-def plain(dimensions: int, used: Callable[[int], float], seed: int) -> Generator[Points, Sequence[float], Estimate]:
+def plain(
+    dimensions: int, used: Callable[[int], float], seed: int, describe: Describe = np.array
+) -> Generator[Points, Sequence[float], Estimate]:
     """Yield uniform points until the budget is used; return the estimate by counting."""
     rng = np.random.default_rng(seed)
     points: list[Floats] = []
@@ -116,18 +122,23 @@ def plain(dimensions: int, used: Callable[[int], float], seed: int) -> Generator
         stage.margins += list((yield chosen))
         points += chosen
     stage.strata = [0] * len(points)
-    return _estimate([stage], points, stage.margins, rng, seed)
+    return _estimate([stage], points, stage.margins, rng, seed, describe)
 
 
 def _begun(
-    dimensions: int, points: Sequence[Floats], margins: Sequence[float], rng: np.random.Generator, seed: int
+    dimensions: int,
+    points: Points,
+    margins: Sequence[float],
+    rng: np.random.Generator,
+    seed: int,
+    describe: Describe,
 ) -> tuple[_Stage, Floats, NDArray[np.intp]]:
     """Return a new stage, the pool of points and the stratum of each; one stratum where nothing is known."""
     pool = rng.random((POOL, dimensions))
     failed = np.array(margins) < 0
     if not failed.any() or failed.all():
         return _Stage(np.ones(1), np.full(1, 0.5)), pool, np.zeros(POOL, int)
-    risk = _forest(points, failed, seed).predict_proba(pool)[:, 1]
+    risk = _forest(describe(points), failed, seed).predict_proba(describe(pool))[:, 1]
     # Equal parts of the sum of square roots of the variances: small strata where the outcome is uncertain.
     order = np.argsort(risk, kind="stable")
     spread = np.cumsum(np.sqrt(np.maximum(risk[order] * (1 - risk[order]), 1e-3)))
@@ -140,11 +151,11 @@ def _begun(
     return _Stage(counts / POOL, rates), pool, stratum
 
 
-def _forest(points: Sequence[Floats], failed: NDArray[np.bool_], seed: int) -> Any:
+def _forest(rows: Floats, failed: NDArray[np.bool_], seed: int) -> Any:
     from sklearn.ensemble import RandomForestClassifier
 
     forest = RandomForestClassifier(TREES, min_samples_leaf=2, oob_score=True, random_state=seed, n_jobs=1)
-    return forest.fit(np.array(points), failed)
+    return forest.fit(rows, failed)
 
 
 def _allotted(stage: _Stage, rng: np.random.Generator) -> list[int]:
@@ -170,7 +181,12 @@ def _allotted(stage: _Stage, rng: np.random.Generator) -> list[int]:
 
 
 def _estimate(
-    stages: Sequence[_Stage], points: Sequence[Floats], margins: Sequence[float], rng: np.random.Generator, seed: int
+    stages: Sequence[_Stage],
+    points: Points,
+    margins: Sequence[float],
+    rng: np.random.Generator,
+    seed: int,
+    describe: Describe = np.array,
 ) -> Estimate:
     whole = len(points)
     estimate, low, high = 0.0, np.zeros(POSTERIOR_DRAWS), np.zeros(POSTERIOR_DRAWS)
@@ -191,14 +207,14 @@ def _estimate(
     least, most = float(np.quantile(low, 0.025)), float(np.quantile(high, 0.975))
     # None of many failed: the interval begins at zero, all of it failed: it ends at one.
     least, most = (0.0 if count == 0 else min(least, estimate)), (1.0 if count == whole else max(most, estimate))
-    return Estimate(estimate, least, most, count, whole, np.array(weights), _auc(points, margins, seed))
+    return Estimate(estimate, least, most, count, whole, np.array(weights), _auc(describe(points), margins, seed))
 
 
-def _auc(points: Sequence[Floats], margins: Sequence[float], seed: int) -> float:
+def _auc(rows: Floats, margins: Sequence[float], seed: int) -> float:
     """Return how well a forest ranks runs that it was not fitted on: failures above the others (Mann and Whitney)."""
     failed = np.array(margins) < 0
     if min(failed.sum(), (~failed).sum()) < 2:
         return float("nan")
-    votes = _forest(points, failed, seed).oob_decision_function_[:, 1]
+    votes = _forest(rows, failed, seed).oob_decision_function_[:, 1]
     voted = np.isfinite(votes)
     return auc(failed[voted], votes[voted])
