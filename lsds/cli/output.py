@@ -8,9 +8,10 @@ import io
 import json
 import math
 import os
+import sys
 import tempfile
 from collections.abc import Callable, Collection, Mapping, Sequence
-from contextlib import suppress
+from contextlib import redirect_stdout, suppress
 from enum import Enum
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
@@ -30,8 +31,25 @@ class Decorator(Protocol):
         ...
 
 
+_STDOUT = "lsds.stdout"
+"""Key of a command's context: the stream that its JSON goes to while other output is diverted."""
+
+
+def _divert(ctx: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
+    """Send all other output to stderr if the JSON goes to stdout: a plugin's print must not spoil it."""
+    if value == "-" and not ctx.resilient_parsing:
+        ctx.meta[_STDOUT] = sys.stdout
+        ctx.with_resource(redirect_stdout(sys.stderr))
+    return value
+
+
 json_option: Decorator = click.option(
-    "--json", "json_file", metavar="FILE", default=None, help="Write the result as JSON to FILE; '-' is stdout."
+    "--json",
+    "json_file",
+    metavar="FILE",
+    default=None,
+    callback=_divert,
+    help="Write the result as JSON to FILE; '-' is stdout.",
 )
 """The `--json FILE` option; the command receives it as `json_file`, None if it was not given."""
 
@@ -42,6 +60,7 @@ json_flag: Decorator = click.option(
     is_flag=False,
     flag_value="-",
     default=None,
+    callback=_divert,
     help="Write the result as JSON to FILE; without FILE, to stdout.",
 )
 """The same with an optional FILE. Only for commands without arguments: otherwise it could take an argument as FILE."""
@@ -93,7 +112,8 @@ def write_text(text: str, target: str | Path) -> None:
     old or the new content.
     """
     if str(target) == "-":
-        click.echo(text, nl=False)
+        ctx = click.get_current_context(silent=True)
+        click.echo(text, nl=False, file=None if ctx is None else ctx.meta.get(_STDOUT))
         return
     path = Path(target).resolve()  # Keep a symbolic link and replace its target.
     if path.exists() and not path.is_file():  # /dev/stdout or a pipe cannot be replaced.

@@ -23,6 +23,7 @@ def short_table(summary: dict[str, Any]) -> str:
         ("grip of a finger", _grip(summary)),
         *_called(summary, with_truth=False),
         ("corrections", f"{summary['corrections']} in {summary['cycles']} frames"),
+        *_guarded(summary["guard"]),
         *([("missed cycles", str(summary["overruns"]))] if summary["overruns"] else []),
     ]
     return table(rows, ("figure", "value"))
@@ -46,6 +47,7 @@ def full_table(summary: dict[str, Any]) -> str:
         ("  when predicting zero then", speed(summary["severity_moving_zero_predictor_mae_m_s"])),
         *_called(summary, with_truth=True),
         ("frames, corrections", f"{summary['cycles']}, {summary['corrections']}"),
+        *_guarded(summary["guard"]),
         ("unusable frames", str(summary["unusable_frames"])),
         *([("left out by the budget", f"{skipped} frames")] if (skipped := summary["skipped_frames"]) else []),
         ("missed cycles", str(summary["overruns"])),
@@ -107,6 +109,12 @@ def _called(summary: dict[str, Any], *, with_truth: bool) -> Rows:
     truth = "" if slipped_m is None or not with_truth else f"; it truly slipped {length(slipped_m)}"
     when = " since the lift" if frames["lifted"] else ""
     return [(f"called slip{when}", f"{frames['slip']} of {frames['answered']} frames{truth}")]
+
+
+def _guarded(counts: dict[str, int]) -> Rows:
+    """Return a row if corrections wanted to open the fingers and the guard refused it."""
+    refused = counts["kept_closed"]
+    return [("  refused, would open", f"{refused}: the controller does not state that it may open")] if refused else []
 
 
 def _seen(summary: dict[str, Any]) -> Rows:

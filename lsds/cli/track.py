@@ -140,17 +140,22 @@ def _table(summary: dict[str, Any], most: int | None) -> str:
         ("frames", str(summary["frames"])),
         ("duration", f"{summary['duration_s']:.2f} s ({summary['timestamps']} times)"),
         ("markers in the reference", f"{summary['markers']} on a grid of {_show(summary['grid'])}"),
-        ("markers kept, mean", _show(summary["kept_mean"])),
-        ("markers kept, worst frame", _show(summary["kept_min"])),
+        ("markers kept, mean", _share(summary["kept_mean"])),
+        ("markers kept, worst frame", _share(summary["kept_min"])),
         ("largest displacement", f"{_show(summary['largest_displacement_px'])} px"),
-        ("frames with slip", _show(summary["slip_fraction"])),
+        ("frames with slip", _share(summary["slip_fraction"])),
         ("reference renewed, at frames", ", ".join(map(str, summary["reference_renewed"])) or "-"),
         ("unusable frames", str(len(summary["failures"]))),
     ]
+    rows += [("note", note) for note in summary["notes"]]
     rows += [(f"  frame {f['frame']}", f["reason"]) for f in summary["failures"][:most]]
     if hidden := len(summary["failures"]) - len(summary["failures"][:most]):
         rows.append((f"  {hidden} more", "listed with --verbose"))
     return table(rows, ("figure", "value"))
+
+
+def _share(value: float | None) -> str:
+    return "-" if value is None else f"{100 * value:.1f} %"
 
 
 def _show(value: Any) -> str:

@@ -107,7 +107,8 @@ class Actuation:
         if self._arm is not None:
             self._may_send()
             command = ArmCommand(twist, acceleration_m_s2, self._clock.now() + self._lifetime_ns)
-            self.moving = self._calls.make(self._commands[1], self._arm.command, self.guard.arm(command)).twist
+            wanted = self.guard.arm(command)
+            self.moving = self._calls.expect(ArmCommand, self._commands[1], self._arm.command, wanted).twist
             self.moved_ns = self._clock.now()
 
     def _send(self, grip: Grip, *, allow_opening: bool, corrects: bool = False) -> float | None:
@@ -123,7 +124,7 @@ class Actuation:
         held = self.held_m if math.isfinite(self.held_m) else stroke
         command = self.guard.gripper(command, held, allow_opening=allow_opening)
         try:
-            sent = self._calls.make(self._commands[0], gripper.command, command)
+            sent = self._calls.expect(GripperCommand, self._commands[0], gripper.command, command)
         except CommandExpired as error:
             # Leave the grip unchanged; the next frame gives a new command. Only for a time: the arm relies on the grip.
             now = self._clock.now()

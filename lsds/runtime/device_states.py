@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds
+from lsds.contracts import ArmState, GripperState
 from lsds.errors import StaleData
 from lsds.safety.monitors import FollowWatch, Freshness
 from lsds.tactile.touch import aperture_at
 
 if TYPE_CHECKING:
-    from lsds.contracts import ArmState, GripperState, PoseSample, Twist
+    from lsds.contracts import PoseSample, Twist
     from lsds.runtime.rig import Rig
 
 
@@ -54,11 +56,13 @@ class States:
         if gripper is None:
             return
         try:
-            state = self._calls.make(self._reads[0], gripper.read)
+            state = self._calls.expect(GripperState, self._reads[0], gripper.read)
         except StaleData as error:
             fresh.bad(str(error))
         else:
-            if fresh.stamped(state.t_ns, now_ns):
+            if not math.isfinite(state.aperture_m):
+                fresh.bad(f"its aperture is {state.aperture_m} m; a driver raises StaleData for a state it cannot read")
+            elif fresh.stamped(state.t_ns, now_ns):
                 self.take_gripper(state)
                 fresh.good(now_ns)
         fresh.require(now_ns)
@@ -81,7 +85,7 @@ class States:
         if arm is None:
             return
         try:
-            state = self._calls.make(self._reads[1], arm.read)
+            state = self._calls.expect(ArmState, self._reads[1], arm.read)
         except StaleData as error:
             fresh.bad(str(error))
         else:

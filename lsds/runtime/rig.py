@@ -16,7 +16,7 @@ from lsds.contracts.fault import OBSERVER, Fault
 from lsds.contracts.job import Job
 from lsds.contracts.kinds import CONFIG_KINDS, DEVICE_KINDS, KINDS, Kind
 from lsds.contracts.stages import NEVER, SLIP, START, shared_stages
-from lsds.errors import CallHangs, ConfigError, ConfigIssue
+from lsds.errors import CallHangs, ConfigError, ConfigIssue, LsdsError, PluginError, raised_by
 from lsds.registry.backends import Backend, did_you_mean
 from lsds.registry.host import PluginHost
 from lsds.runtime.bring_up_report import Result, bring_up_error
@@ -376,7 +376,7 @@ class Rig:
                 call()
             except Exception as error:
                 error.add_note(f"while {doing}: {kind} {name}")
-                failures.append(error)
+                failures.append(error if isinstance(error, LsdsError) else _explained(error, kind, name, step))
             except BaseException as error:
                 interrupt = error
                 self._note(error)
@@ -467,6 +467,13 @@ def _once_more(call: Callable[[], None], device: Any) -> None:
             call()
     except Exception:
         return
+
+
+def _explained(error: Exception, kind: str, name: str, step: str) -> PluginError:
+    """Return the error for an exception of a device that does not explain itself."""
+    explained = raised_by(_who(kind, name), error, f"{step}()")
+    explained.__cause__ = error
+    return explained
 
 
 def _who(kind: str, name: str) -> str:

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 from weakref import finalize
 
 from lsds.clock import WallClock, seconds
-from lsds.errors import CallHangs
+from lsds.errors import CallHangs, PluginError
 
 T = TypeVar("T")
 
@@ -39,27 +39,49 @@ class Call(NamedTuple):
 
 
 class Calls:
-    """The call in progress in the cell's thread, and the one that raised last. A mark costs 0.15 microseconds."""
+    """The call in progress in the cell's thread, and the innermost one that raised last.
 
-    __slots__ = ("at", "count", "failed")
+    A mark costs 0.15 microseconds.
+    """
+
+    __slots__ = ("_raised", "at", "count", "failed")
 
     def __init__(self) -> None:
         self.at: Call | None = None
         self.failed: Call | None = None
+        self._raised: int | None = None
         self.count = 0
 
     def make(self, call: Call, function: Callable[..., T], *arguments: object) -> T:
-        """Call a function with its deadline marked; the waiting thread raises CallHangs if the deadline passes."""
+        """Call a function with its deadline marked; the waiting thread raises CallHangs if the deadline passes.
+
+        Raises PluginError instead of a SystemExit, which would end the program of whoever runs the cell.
+        """
         before, self.at = self.at, call
         self.count += 1
         try:
             return function(*arguments)
-        except BaseException:
+        except SystemExit as error:
             self.failed = call
+            raise PluginError(f"{call.who} ended the program in {call.name}(): sys.exit({error.code})") from error
+        except BaseException as error:
+            # A job's call holds those of its devices. The number of an error does not keep its frames in memory.
+            if self._raised != id(error):
+                self._raised, self.failed = id(error), call
             raise
         finally:
             self.at = before
             self.count += 1
+
+    def expect(self, kind: type[T], call: Call, function: Callable[..., T], *arguments: object) -> T:
+        """Make a call. Raises PluginError for an answer that is not of this type."""
+        answer = self.make(call, function, *arguments)
+        if not isinstance(answer, kind):
+            got = type(answer).__name__
+            raise PluginError(
+                f"{call.who}: {call.name}() returned {got}, not {kind.__name__} (a mistake in that plugin)"
+            )
+        return answer
 
 
 @dataclass(slots=True)

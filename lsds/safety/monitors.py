@@ -159,9 +159,13 @@ class FollowWatch:
     #: Time allowed until the arm moves, and the fraction of the commanded speed that counts as moving.
     PATIENCE_NS = 1_000_000_000
     SHARE = 0.3
+    #: A longer time between two looks is lateness of the loop: a command lives about as long.
+    AWAY_NS = 150_000_000
 
     def __init__(self) -> None:
         self._lagging_since: int | None = None
+        self._checked_ns: int | None = None
+        self._away_ns = 0
 
     def check(self, state: ArmState, commanded: Twist, now_ns: int) -> None:
         """Raise SafetyStop on a protective stop, or if the arm has not followed for too long."""
@@ -171,13 +175,22 @@ class FollowWatch:
         if wanted <= 0:
             wanted, speed = math.hypot(*commanded.angular_rad_s), math.hypot(*state.tcp_twist.angular_rad_s)
             unit = "rad/s"
+        since = 0 if self._checked_ns is None else now_ns - self._checked_ns
+        self._checked_ns = now_ns
         if wanted <= 0 or speed >= self.SHARE * wanted:
-            self._lagging_since = None
+            self._lagging_since, self._away_ns = None, 0
             return
+        self._away_ns = max(self._away_ns, since)
         if self._lagging_since is None:
             self._lagging_since = now_ns
         if now_ns - self._lagging_since > self.PATIENCE_NS:
+            why = "check remote control and obstacles"
+            if self._away_ns > self.AWAY_NS:
+                # Commands expire where the loop is late, and the arm stops.
+                why = (
+                    f"the loop itself was not run for up to {seconds(self._away_ns):.2f} s: something in it is too slow"
+                )
             raise SafetyStop(
                 f"arm: commanded {wanted:.3f} {unit} but moving at {speed:.3f} {unit} for "
-                f"{seconds(now_ns - self._lagging_since):.1f} s (check remote control and obstacles)"
+                f"{seconds(now_ns - self._lagging_since):.1f} s ({why})"
             )

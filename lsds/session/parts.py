@@ -1,23 +1,53 @@
-"""Algorithms given to a run as objects: your own detector in the loop, without packaging it."""
+"""What a run is given: its configuration in any form, and algorithms as objects, without packaging them."""
 
 from __future__ import annotations
 
 import inspect
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
+from lsds.config import RigConfig, check_config, load_config
+from lsds.config.overrides import apply_overrides, override_texts
 from lsds.errors import ConfigError, ConfigIssue
+from lsds.registry import PluginHost
 from lsds.registry.in_program import register, unregister
-
-if TYPE_CHECKING:
-    from lsds.config import RigConfig
 
 NAME = "given-"
 """Beginning of the name of a backend that is given as an object; a number follows, because runs may overlap."""
 _NUMBERS = itertools.count(1)
 _OF_A_FINGER = ("tracker", "detector", "estimator")
+
+
+def loaded(
+    config: RigConfig | Mapping[str, Any] | str | Path | None, overrides: str | Sequence[str] | Mapping[str, Any]
+) -> RigConfig:
+    """Return the configuration of a run: one, its file, or its keys with values; with overrides. Raises ConfigError."""
+    texts = _texts(overrides)
+    if isinstance(config, Mapping):
+        return load_config(None, [*_texts(config), *texts])
+    if not isinstance(config, RigConfig):
+        return load_config(config, texts)
+    if not texts:
+        return config
+    tables = config.as_tables()
+    issues = apply_overrides(tables, tuple(texts))
+    return check_config(tables, "the configuration with overrides", PluginHost(), issues)
+
+
+def _texts(overrides: str | Sequence[str] | Mapping[str, Any]) -> list[str]:
+    if isinstance(overrides, str):
+        return [overrides]
+    if isinstance(overrides, Mapping):
+        return override_texts(overrides)
+    if isinstance(overrides, Iterable):
+        texts = list(overrides)
+        if all(isinstance(text, str) for text in texts):
+            return texts
+    remedy = 'give texts such as "task.lift_s=1", or a mapping of config keys'
+    raise ConfigError("overrides", [ConfigIssue("overrides", f"{overrides!r} is not usable", remedy)])
 
 
 @contextmanager

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lsds.clock import perf_ns, seconds
-from lsds.config import RigConfig, load_config
+from lsds.config import RigConfig
 from lsds.contracts import CellTruth, Cycle, Frame, Job, MarkerReference
 from lsds.contracts.events import TruthKnown
 from lsds.contracts.stages import Stages
@@ -17,7 +17,7 @@ from lsds.errors import LsdsError, PluginError
 from lsds.runtime.engine import Engine
 from lsds.runtime.observers import Observers, ObserverStatistics
 from lsds.runtime.rig import Rig, require_moments
-from lsds.session.parts import with_parts
+from lsds.session.parts import loaded, with_parts
 from lsds.session.record import RunRecord
 from lsds.session.recording import recorder_of
 from lsds.session.summary import summarise
@@ -89,8 +89,8 @@ class Session:
 
 
 def run(
-    config: RigConfig | str | Path | None = None,
-    overrides: str | Sequence[str] = (),
+    config: RigConfig | Mapping[str, Any] | str | Path | None = None,
+    overrides: str | Sequence[str] | Mapping[str, Any] = (),
     *,
     job: Job | None = None,
     observe: Callable[[Cycle], object] | None = None,
@@ -105,10 +105,11 @@ def run(
 ) -> Session:
     """Load, connect, arm, run the job, close. An error during the run becomes `fault`; an earlier one is raised.
 
-    `config` is a configuration or its file, None for the simulated cell; `overrides` change a file's keys
-    ("task.lift_s=1"). `job` replaces that of the config; `observe` is called with every cycle. Whatever
-    ends the run, the cell is stopped and closed, and the summary contains everything recorded until then. `finished`
-    is called with the session when the cell has been stopped and before it is closed, so that results are safe first.
+    `config` is a configuration, its file, or config keys with values ({"task.lift_s": 1}); None is the simulated cell.
+    `overrides` change its keys: texts ("task.lift_s=1"), or keys with values. `job` replaces that of the config;
+    `observe` is called with every cycle. Whatever ends the run, the cell is stopped and closed, and the summary
+    contains everything recorded until then. `finished` is called with the session when the cell has been stopped and
+    before it is closed, so that results are safe first.
     `record` is a new file, F.mcap, that keeps everything the run takes in and sends out; `images` are kept "lossless",
     or as "jpeg" in a tenth of the space, from which a replay is not exact. Raises DataError before anything moves where
     it cannot be created; what goes wrong with it later is in `summary["recording"]["problem"]`. `view` shows the run
@@ -116,7 +117,9 @@ def run(
     `detector`, `estimator` and `controller` replace those of the config: an object, or a class that is built for each
     finger.
     """
-    chosen = config if isinstance(config, RigConfig) else load_config(config, overrides)
+    chosen = loaded(config, overrides)
+    if isinstance(job, type):
+        raise PluginError(f"job is the class {job.__name__}; give an object: {job.__name__}()")
     parts = {"tracker": tracker, "detector": detector, "estimator": estimator, "controller": controller}
     with with_parts(chosen, parts) as complete:
         rig = Rig(complete)
@@ -217,8 +220,10 @@ def _summarised(
     except (LsdsError, KeyboardInterrupt) as error:
         fault = error
     except Exception as error:
+        call = rig.thread.calls.failed
+        who = "a backend" if call is None else f"{call.who} in {call.name}()"
         note = "; ".join(getattr(error, "__notes__", ()))
-        fault = PluginError(f"a backend raised {type(error).__name__}: {error} ({note}) (lsds --debug run shows where)")
+        fault = PluginError(f"{who} raised {type(error).__name__}: {error} ({note}) (lsds --debug run shows where)")
         fault.__cause__ = error
     finally:
         wall_s = seconds(perf_ns() - begun)

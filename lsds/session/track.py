@@ -22,6 +22,7 @@ from lsds.runtime.engine import Engine
 from lsds.runtime.rig import Rig
 from lsds.session.recording import ENDING, recorder_of
 from lsds.tactile.feature_sets import FEATURES, feature_indices
+from lsds.tactile.working_image import lamps_are_turned
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -42,9 +43,10 @@ class TrackResult:
 
     `displacement_m` entries are (N, 2), NaN where lost; `features` (F,) in the order of `FEATURES`. `failures` names
     each frame that could not be used and why; `renewed` are frames from which the reference was taken again, because
-    most dots had been lost for half a second; `error` is what ended the recording early, None if it was read to the
-    end, and `cause` the exception behind it, if any. `frames` counts all frames read, those of the reference and
-    unusable ones included.
+    most dots had been lost for half a second; `notes` are doubts about the recording as a whole; `error` is what ended
+    the recording early, None if it was read to the end, and `cause` the exception behind it, if any. `frames` counts
+    all frames read, those of the reference and unusable ones included. All px are those of the working image, which is
+    about 320 px wide.
     """
 
     source: str
@@ -65,6 +67,7 @@ class TrackResult:
     error: str | None = None
     cause: BaseException | None = None
     renewed: list[int] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
     worst: tuple[Frame, MarkerTracks, MarkerReference] | None = None
     largest_m: float = -1.0
 
@@ -91,6 +94,7 @@ class TrackResult:
             "largest_displacement_px": self._largest_px(),
             "slip_fraction": float(np.mean([s is True for s in self.slip])) if self.slip else None,
             "reference_renewed": self.renewed,
+            "notes": self.notes,
             "failures": [{"frame": number, "reason": reason} for number, reason in self.failures],
         }
 
@@ -199,7 +203,6 @@ def track_recording(
         recorder = recorder_of(rig, record)
         if recorder is not None:
             engine.events.add("recording", recorder.observe, recorder.close)
-        result.metres_per_px = line.perception.metres_per_px
         if progress is not None:
             reported = progress
             engine.on_recorded = lambda frame: reported(frame.seq + 1, claimed)
@@ -217,14 +220,19 @@ def track_recording(
             if result.reference is None:
                 _take_reference(result, line)
         if result.reference is None:
-            raise DataError(
-                f"{result.source}: {result.frames} frames, but the reference takes {config.tactile.reference_frames} "
-                "equally bright ones in a row (lower tactile.reference_frames)"
-            )
+            raise DataError(f"{result.source}: {_no_reference(result, config.tactile.reference_frames)}")
     except LsdsError as error:
         result.error = naming(result.source, error)
         result.cause = error.__cause__
     return result
+
+
+def _no_reference(result: TrackResult, wanted: int) -> str:
+    if result.failures:
+        number, reason = result.failures[0]
+        return f"none of {result.frames} frames can be the reference; frame {number}: {reason}"
+    remedy = "lower tactile.reference_frames" if wanted > 1 else "record one frame of the untouched gel"
+    return f"{result.frames} frames, but the reference takes {wanted} equally bright in a row ({remedy})"
 
 
 def only_watching(config: RigConfig) -> RigConfig:
@@ -237,6 +245,12 @@ def only_watching(config: RigConfig) -> RigConfig:
 def _take_reference(result: TrackResult, line: FingerLine) -> int:
     """Put the reference into the result; return its time (ns)."""
     result.reference, result.reference_frame = line.perception.reference, line.perception.reference_frame
+    result.metres_per_px = line.perception.metres_per_px
+    if result.reference_frame is not None and lamps_are_turned(result.reference_frame.image):
+        result.notes.append(
+            "the light comes from other sides than in a GelSight Mini: contact and imprint are wrong, most slips are "
+            "missed (if the images are turned by 90 degrees, turn them back)"
+        )
     return 0 if result.reference_frame is None else result.reference_frame.t_ns
 
 

@@ -42,6 +42,20 @@ def test_the_frames_of_a_recording_can_be_tracked(video, tmp_path):
     assert other.speed_m_s == pytest.approx(one.speed_m_s, nan_ok=True)
 
 
+def test_a_recording_that_is_cut_off_says_so_when_it_is_tracked(video, tmp_path):
+    path, cut = tmp_path / "clip.mcap", tmp_path / "cut.mcap"
+    whole = track(video, record=path)
+    data = path.read_bytes()
+    cut.write_bytes(data[: len(data) * 2 // 3])
+    result = track(cut)
+    assert result.error is not None
+    assert "cut.mcap: damaged or cut off near byte" in result.error
+    assert 0 < len(result.t_s) < len(whole.t_s)
+    cut.write_bytes(data[:30_000])
+    result = track(cut)
+    assert "damaged or cut off near byte" in (result.error or "")
+
+
 def real_videos():
     folder = Path(os.environ.get("LSDS_DATA", "")) / "incipient_slip" / "videos"
     return sorted(folder.glob("*.avi"))[::40] if os.environ.get("LSDS_DATA") else []

@@ -13,7 +13,7 @@ from lsds.contracts import BuildContext, Frame, SensorSpec
 from lsds.registry import PluginHost
 from lsds.tactile.options import TactileOptions
 from lsds.tactile.perception import Perception
-from lsds.tactile.working_image import WorkingImage, lamp_order
+from lsds.tactile.working_image import WorkingImage, lamp_order, lamps_are_turned
 from lsds.testing import Bench
 
 FRAMES = 3
@@ -80,6 +80,18 @@ def test_an_image_of_the_usual_kind_is_not_copied(recorded):
 
 def test_light_without_a_direction_keeps_the_order():
     assert lamp_order(np.full((240, 320, 3), 120, np.uint8)) == (0, 1, 2)
+
+
+@pytest.mark.parametrize("order", list(permutations(range(3))))
+@pytest.mark.parametrize("quarters", range(4))
+def test_light_from_other_sides_is_noticed_whatever_the_order_of_the_colours(recorded, quarters, order):
+    frames, _ = recorded
+    turned = np.ascontiguousarray(np.rot90(frames[0].image[..., order], quarters))
+    assert lamps_are_turned(turned) == (quarters % 2 == 1)
+
+
+def test_light_without_a_direction_is_not_turned():
+    assert not lamps_are_turned(np.full((240, 320, 3), 120, np.uint8))
 
 
 def test_a_frame_keeps_its_time_number_and_mark(recorded):

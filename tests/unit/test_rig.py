@@ -99,7 +99,7 @@ def test_all_failures_are_in_the_tree_with_trouble_while_closing(build, monkeypa
     message = str(caught.value)
     assert "2 of 3 devices failed" in message
     assert message.count("to do:") == 2
-    assert "closing: OSError: stuck" in message
+    assert "closing: PluginError: sensor 'fake-sensor' raised OSError at close(): stuck" in message
 
 
 @pytest.mark.parametrize("call", ["connect", "stop", "close"])

@@ -364,6 +364,43 @@ def test_frames_are_all_counted_and_distances_are_distances(tmp_path):
     assert summary["largest_displacement_px"] == pytest.approx(4.5, abs=0.1)
 
 
+@pytest.mark.parametrize("times", [0.5, 2])
+def test_speeds_and_distances_do_not_depend_on_the_size_of_the_video(clip, tmp_path, times):
+    own = track(clip)
+    images = [cv2.resize(image, None, fx=times, fy=times, interpolation=cv2.INTER_AREA) for image in moving()]
+    other = track(write_video(tmp_path / "resized.avi", images))
+    assert own.metres_per_px == pytest.approx(62.5e-6)
+    largest = [result.summary()["largest_displacement_px"] for result in (own, other)]
+    assert largest[1] == pytest.approx(largest[0], abs=0.1)
+    for one, two in zip(own.displacement_m, other.displacement_m, strict=True):
+        assert np.nanmedian(two[:, 0]) == pytest.approx(np.nanmedian(one[:, 0]), abs=3e-6)
+
+
+def test_a_slow_recording_needs_no_option(tmp_path):
+    """The age of frames matters to a cell that moves; a recording is read frame by frame."""
+    result = track(write_video(tmp_path / "slow.avi", moving(), rate_hz=2.0))
+    assert result.error is None
+    assert result.t_s[-1] == pytest.approx(3.5)
+
+
+def test_why_no_frame_can_be_the_reference_is_said(tmp_path):
+    dark = [image * np.array([0, 1, 1], np.uint8) for image in moving()]
+    assert "none of 8 frames can be the reference; frame 0: " in track(write_video(tmp_path / "dark.avi", dark)).error
+    black = [np.zeros_like(image) for image in moving()]
+    assert "frame 0 is black" in track(write_video(tmp_path / "black.avi", black)).error
+
+
+def test_a_video_that_is_turned_by_a_quarter_is_doubted(tmp_path):
+    host = PluginHost()
+    lit = host.build("sensor", "mock-gelsight-mini", {}, BuildContext(VirtualClock(), 0))
+    lit.connect()
+    lit._clock.sleep_until(500_000_000)
+    image = lit.read().image
+    upright, turned = ([np.ascontiguousarray(np.rot90(image, quarters))] * 6 for quarters in (0, 1))
+    assert track(write_video(tmp_path / "upright.avi", upright)).notes == []
+    assert "turn them back" in track(write_video(tmp_path / "turned.avi", turned)).notes[0]
+
+
 def test_dim_first_frames_are_no_reference_and_a_single_one_is_retaken_in_the_light(tmp_path):
     frames = moving(9, step=0.0)
     for i, gain in enumerate((0.4, 0.7, 0.9)):

@@ -124,6 +124,15 @@ def test_an_arm_that_does_not_follow_is_noticed_and_one_that_does_is_not():
         FollowWatch().check(arm(0, 0.0, stopped=True), Twist(), 0)
 
 
+def test_a_loop_that_is_late_is_blamed_instead_of_the_arm():
+    """Commands expire while an algorithm computes, and the arm stops as it has to."""
+    watch = FollowWatch()
+    for t in range(0, 1200, 300):
+        watch.check(arm(t, 0.0), UP, t * MS)
+    with pytest.raises(SafetyStop, match=r"the loop itself was not run for up to 0\.30 s"):
+        watch.check(arm(1200, 0.0), UP, 1200 * MS)
+
+
 def test_an_arm_that_shall_only_turn_and_does_not_is_noticed():
     watch = FollowWatch()
     turning = ArmState(0, 0, Pose((0, 0, 0)), TURN)

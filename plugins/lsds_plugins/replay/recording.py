@@ -50,6 +50,8 @@ class RecordingSensor(PlayedSensor):
         for _, frame in self._recording().frames(self._options.finger or None):
             first_ns = frame.t_ns if first_ns is None else first_ns
             yield Frame(frame.image, start_ns + frame.t_ns - first_ns, frame.seq, frame.redrawn)
+        if self._recording().damage:
+            raise DataError(f"{self._options.path}: {self._recording().damage} (the earlier frames are valid)")
 
     def _recording(self) -> Recording:
         if not self._options.path:

@@ -21,6 +21,14 @@ from lsds_plugins.replay.times import FrameTimes, Timestamps, read_times
 _Count = Annotated[int, Field(strict=True, ge=1, le=10_000)]
 
 
+LONGER_SIDE_M = 20e-3
+"""Length that the longer side of a GelSight Mini's image shows: 320 px of 62.5 um; published values are 18.6 to 22.7."""
+
+
+DARK_LEVEL = 8
+"""Brightest level of an image that counts as black: compressed black is seldom exactly 0; chosen."""
+
+
 class VideoOptions(BaseModel):
     """Options of `[sensor.video]`."""
 
@@ -34,7 +42,9 @@ class VideoOptions(BaseModel):
     rate_hz: float = Field(
         default=0.0, ge=0, le=1000, description="nominal rate; 0: that of the file if it has one, else 25"
     )
-    mm_per_px: float = Field(default=0.0625, gt=0, le=1, description="scale of the image in the file")
+    mm_per_px: float = Field(
+        default=0.0, ge=0, le=1, description="scale of the image; 0: its longer side shows 20 mm, as of a GelSight Mini"
+    )
     # A TOML array is a list, which strict tuples refuse.
     size: tuple[_Count, _Count] | None = Field(
         default=None, strict=False, description="resize to [width, height]; default: do not resize"
@@ -68,7 +78,8 @@ class VideoSensor(PlayedSensor):
             image = next(self._images(self._open())).image
             height, width = image.shape[:2]
             rate = self._options.rate_hz or self._reader_rate or 25.0
-            self._spec = SensorSpec(width, height, rate, self._options.mm_per_px * 1e-3, self._options.pad)
+            metres_per_px = self._options.mm_per_px * 1e-3 or LONGER_SIDE_M / max(width, height)
+            self._spec = SensorSpec(width, height, rate, metres_per_px, self._options.pad)
         return self._spec
 
     @property
@@ -94,6 +105,8 @@ class VideoSensor(PlayedSensor):
 
     def _images(self, reader: Reader) -> Iterator[Picture]:
         for number, (image, file_s, redrawn) in enumerate(reader.images()):
+            if number == 0 and image.max() < DARK_LEVEL:
+                raise DataError(f"{self._options.path}: frame 0 is black (cut off what precedes the first image)")
             if number == 0 and not self._options.grey and _is_grey(image):
                 raise DataError(
                     f"{self._options.path}: frame 0 is grey, but contact is measured from colour "

@@ -82,10 +82,11 @@ def _image_tile(seen: RecordingView, number: int, size: tuple[int, int]) -> Imag
 def _relief_tile(seen: RecordingView, relief: NDArray[np.float32], step: GelStep, size: tuple[int, int]) -> Image:
     tile = np.asarray(cv2.resize(_grey(relief), size, interpolation=cv2.INTER_LINEAR), np.uint8)
     scale = size[0] / seen.images.shape[2]
-    for at in np.arange(GRID_PX, seen.images.shape[2], GRID_PX) * scale:
-        tile[:, int(at)] = tile[:, int(at)] * 0.75 + 15
-    for at in np.arange(GRID_PX, seen.images.shape[1], GRID_PX) * scale:
-        tile[int(at)] = tile[int(at)] * 0.75 + 15
+    # A tile has one shape, whatever the image's: the lines lie where they would on an image of the tile's shape.
+    for at in np.arange(GRID_PX * scale, tile.shape[1], GRID_PX * scale).astype(int).tolist():
+        tile[:, at] = tile[:, at] * 0.75 + 15
+    for at in np.arange(GRID_PX * scale, tile.shape[0], GRID_PX * scale).astype(int).tolist():
+        tile[at] = tile[at] * 0.75 + 15
     text = "gel ?" if math.isnan(step.x) else f"gel {step.x:.1f} {step.y:.1f} {math.degrees(step.turn):.1f}d"
     _write(tile, text, (3, size[1] - 4), _YELLOW_RGB)
     return tile

@@ -4,12 +4,13 @@ moves."""
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
-from lsds_research.slips.pictures import IN_A_ROW, TILE_PX, kymograph, strip
-from lsds_research.slips.recording_view import RecordingView
+from lsds_research.slips.pictures import IN_A_ROW, TILE_PX, _relief_tile, kymograph, strip
+from lsds_research.slips.recording_view import GelStep, RecordingView
 from research.slips.slid import COUNT, FIRST, LAST, SLIDE, STICK, TRAVEL_PX
 from tactile.imprinted import Motion, bumps, painted
 
@@ -109,6 +110,14 @@ def test_a_strip_has_a_tile_for_every_frame_image_above_relief(seen):
     assert (tile == image).all(axis=-1).mean() > 0.95, "all but the number and the lines of the dots"
     small = strip(own, 5, 6, size=(100, 75), across=2)
     assert small.shape == (150, 200, 3)
+
+
+@pytest.mark.parametrize("shape", [(240, 240), (320, 240)])
+def test_square_and_upright_images_have_tiles_too(shape):
+    images = np.zeros((1, *shape, 3), np.uint8)
+    step = GelStep(0.0, 0.0, 0.0)
+    tile = _relief_tile(SimpleNamespace(images=images), np.zeros(shape, np.float32), step, TILE_PX)
+    assert tile.shape[:2] == TILE_PX[::-1]
 
 
 def test_in_the_kymograph_what_sticks_runs_straight(seen):
