@@ -1,4 +1,4 @@
-"""What a run is given: its configuration in any form, and algorithms as objects, without packaging them."""
+"""The arguments of a run: its configuration in any form, and algorithms as objects, without packaging them."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ LEAST_WIDTH_PX = 80
 CLEARLY = 0.3
 #: Minimum improvement of the fit by lamps turned by a quarter. On the first frames of 240 recordings of the GelSight
 #: Mini they fit worse, by 0.12 at least; on the same turned by 90 degrees better, by 0.07 in 95 %.
-TURNED = 0.05
+QUARTER_TURN = 0.05
 #: Order of the colour channels of an image that needs no change.
 _AS_THEY_ARE = (0, 1, 2)
 #: Width and height of the reduced images whose light is compared, px; chosen.
@@ -94,7 +94,7 @@ def lamps_are_turned(image: NDArray[np.uint8], calibration: PhotometricCalibrati
         max(fit for sign in (1, -1) for fit in _fits(gradient, sign * sides).values())
         for sides in (facing, facing @ np.array([[0.0, 1.0], [-1.0, 0.0]]))
     )
-    return turned > upright + TURNED
+    return turned > upright + QUARTER_TURN
 
 
 def _gradient(image: NDArray[np.uint8]) -> NDArray[np.float64]:

@@ -42,7 +42,7 @@ def test_the_frames_of_a_recording_can_be_tracked(video, tmp_path):
     assert other.speed_m_s == pytest.approx(one.speed_m_s, nan_ok=True)
 
 
-def test_a_recording_that_is_cut_off_says_so_when_it_is_tracked(video, tmp_path):
+def test_a_recording_that_is_cut_off_is_an_error_after_its_frames(video, tmp_path):
     path, cut = tmp_path / "clip.mcap", tmp_path / "cut.mcap"
     whole = track(video, record=path)
     data = path.read_bytes()

@@ -383,7 +383,7 @@ def test_a_slow_recording_needs_no_option(tmp_path):
     assert result.t_s[-1] == pytest.approx(3.5)
 
 
-def test_why_no_frame_can_be_the_reference_is_said(tmp_path):
+def test_the_reason_why_no_frame_can_be_the_reference_is_reported(tmp_path):
     dark = [image * np.array([0, 1, 1], np.uint8) for image in moving()]
     assert "none of 8 frames can be the reference; frame 0: " in track(write_video(tmp_path / "dark.avi", dark)).error
     black = [np.zeros_like(image) for image in moving()]

@@ -22,7 +22,7 @@ _Count = Annotated[int, Field(strict=True, ge=1, le=10_000)]
 
 
 LONGER_SIDE_M = 20e-3
-"""Length that the longer side of a GelSight Mini's image shows: 320 px of 62.5 um; published values are 18.6 to 22.7."""
+"""Length on the longer side of a GelSight Mini's image, m: 320 px of 62.5 um; published values are 18.6 to 22.7 mm."""
 
 
 DARK_LEVEL = 8

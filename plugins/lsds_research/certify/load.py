@@ -1,4 +1,4 @@
-"""What a lift asks of friction and gel, by the mocks' own laws: columns for a forest that predicts failures.
+"""Load of friction and gel in a lift, by the mocks' own laws: columns for a forest that predicts failures.
 
 A forest on some hundred lifts finds no product of mass, friction and curvature by itself. The necessary force and what
 the gel carries at its greatest valid indentation are such products.
@@ -26,7 +26,7 @@ from lsds_research.search.space import Axis, Scenario, point_to_scenario
 Floats = NDArray[np.float64]
 
 SMOOTH = {"texture": "smooth", "texture_depth_mm": 0.0}
-"""Options of a surface without relief, which takes longer to build than all else and carries no load of its own."""
+"""Options of a surface without relief, which takes longer to build than all else and does not change the load."""
 
 
 class Loads:
