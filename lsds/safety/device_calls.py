@@ -55,7 +55,7 @@ class Calls:
     def make(self, call: Call, function: Callable[..., T], *arguments: object) -> T:
         """Call a function with its deadline marked; the waiting thread raises CallHangs if the deadline passes.
 
-        Raises PluginError instead of a SystemExit, which would end the program of whoever runs the cell.
+        Raises PluginError instead of a SystemExit, which would end the program that runs the cell.
         """
         before, self.at = self.at, call
         self.count += 1
