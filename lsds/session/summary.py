@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from lsds.clock import nanoseconds, seconds
@@ -92,7 +92,7 @@ def summarise(
             for section, fault in rig.faults
         ],
         "corrections": sum(sample.command_m is not None for sample in acting),
-        "guard": engine.guard.counts,
+        "guard": asdict(engine.guard.counts),
         "cycles": len(samples),
         "unusable_frames": engine.unusable_frames,
         "skipped_frames": sum(line.skipped_frames for line in engine.lines),

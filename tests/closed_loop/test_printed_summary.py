@@ -57,6 +57,15 @@ def test_missed_cycles_and_a_stop_are_in_the_short_summary(summary):
     assert re.search(r"afterwards +the arm stands$", short_table(changed), re.MULTILINE)
 
 
+def test_corrections_that_the_guard_refused_are_in_the_summary(summary):
+    assert "refused" not in short_table(summary)
+    changed = {**summary, "guard": {**summary["guard"], "kept_closed": 33}}
+    for text in (short_table(changed), full_table(changed)):
+        assert re.search(
+            r"refused, would open +33: the controller does not state that it may open$", text, re.MULTILINE
+        )
+
+
 def test_without_truth_the_summary_states_that_slip_and_grip_are_unknown(summary):
     keys = ("slip_distance_m", "peak_normal_force_n", "steady_normal_force_n", "required_normal_force_n")
     text = short_table({**summary, **dict.fromkeys(keys), "simulation": None})
