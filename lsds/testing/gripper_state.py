@@ -15,6 +15,10 @@ REACTS_S = 0.3
 """Time from a command, a stop or an arrival until the state shows it."""
 _SAMPLE_STEP_S = 0.02
 """Time between two reads of the state while the gripper moves, s; chosen."""
+_FASTER = 3.0
+"""Ratio of two speeds that a short motion tells apart, although fingers need time to get up to speed; chosen."""
+_SLOW_STATES = 5
+"""Least number of states under way in which a speed can be measured; chosen."""
 
 
 def check_gripper_state_is_sound(bench: Bench) -> None:
@@ -26,7 +30,7 @@ def check_gripper_state_is_sound(bench: Bench) -> None:
 
 
 def check_gripper_reports_its_motion(bench: Bench) -> None:
-    """`moving` is true while the fingers move and false at rest, and `target_m` is the aperture that was sent."""
+    """`moving`, `contact`, `target_m` and the speed of the fingers are those of a motion in the air."""
     _require_motion(bench)
     with bench.device(Lifecycle.ARMED) as gripper:
         spec = gripper.spec
@@ -35,14 +39,14 @@ def check_gripper_reports_its_motion(bench: Bench) -> None:
         assert not at_rest.moving, (
             f"moving is true at rest at {at_rest.aperture_m} m; report motion only while it lasts"
         )
+        assert at_rest.contact is not Contact.CLOSING, (
+            f"contact is closing at rest at {at_rest.aperture_m} m, after it was opened; report an object only while "
+            "the fingers press one"
+        )
         wide = at_rest.aperture_m > spec.stroke_m / 2
         target = spec.stroke_m * (0.7 if wide else 1.0)
         sent = gripper.command(GripperCommand(target, spec.speed_m_s[0], spec.force_n[0], bench.in_future(10.0)))
-        states = []
-        for _ in range(math.ceil((abs(target - at_rest.aperture_m) / spec.speed_m_s[0] + 2.0) / _SAMPLE_STEP_S)):
-            bench.advance(_SAMPLE_STEP_S)
-            states.append(bench.read(gripper))
-            _assert_sound(states[-1], spec)
+        states = _watched(bench, gripper, abs(target - at_rest.aperture_m))
         under_way = [state for state in states if _between(state, at_rest.aperture_m, sent.aperture_m, gripper)]
         assert under_way, f"no state between {at_rest.aperture_m} m and {sent.aperture_m} m was seen in the motion"
         moving = sum(state.moving for state in under_way)
@@ -59,6 +63,36 @@ def check_gripper_reports_its_motion(bench: Bench) -> None:
             f"moving is still true at {states[-1].aperture_m} m, 2 s after the motion to {sent.aperture_m} m should "
             "have ended; report false at rest"
         )
+        _assert_speed(bench, gripper, states[-1].aperture_m)
+
+
+def _watched(bench: Bench, gripper: Any, way_m: float) -> list[GripperState]:
+    """Return the states in the time that a way takes at the least speed, and two seconds more."""
+    states = []
+    for _ in range(math.ceil((way_m / gripper.spec.speed_m_s[0] + 2.0) / _SAMPLE_STEP_S)):
+        bench.advance(_SAMPLE_STEP_S)
+        states.append(bench.read(gripper))
+        _assert_sound(states[-1], gripper.spec)
+    return states
+
+
+def _assert_speed(bench: Bench, gripper: Any, begun_m: float) -> None:
+    """Move at the greatest speed: fingers that are as fast are seen under way at most a few times."""
+    spec = gripper.spec
+    target = spec.stroke_m * (1.0 if begun_m < 0.9 * spec.stroke_m else 0.7)
+    sent = gripper.command(GripperCommand(target, spec.speed_m_s[1], spec.force_n[0], bench.in_future(10.0)))
+    seen = [
+        (state.t_ns, state.aperture_m)
+        for state in _watched(bench, gripper, abs(target - begun_m))
+        if _between(state, begun_m, sent.aperture_m, gripper)
+    ]
+    if len(seen) < _SLOW_STATES:
+        return
+    (begun_ns, first_m), (ended_ns, last_m) = seen[0], seen[-1]
+    speed = abs(last_m - first_m) / max((ended_ns - begun_ns) * 1e-9, _SAMPLE_STEP_S)
+    assert speed > sent.speed_m_s / _FASTER, (
+        f"the gripper moves at {speed:.3g} m/s after command() returned {sent.speed_m_s} m/s; return the speed sent"
+    )
 
 
 def check_gripper_stops(bench: Bench) -> None:

@@ -6,8 +6,8 @@ from lsds.testing.bench import Bench
 
 WATCHED_S = 1.0
 """Time for which a device is read, s; chosen."""
-OLDEST_S = 1.0
-"""Maximum age of the newest sample of a streaming device, s."""
+OLDEST_S = 0.2
+"""Greatest age of the freshest sample of a device, s: the limit of a cell with default options."""
 _DRIFT = 0.2
 """Maximum difference of stamped and passed time, as a share of the passed time; chosen."""
 _STAMPED_READS = 30
@@ -36,8 +36,12 @@ def check_time_follows_the_clock(bench: Bench) -> None:
     with bench.device() as device:
         first, begun_ns = bench.read(device), bench.clock.now()
         last, now = first, begun_ns
+        ages_ns = []
+        # A camera declares how late its images are.
+        oldest_s = OLDEST_S + (device.spec.latency_s if bench.kind == "sensor" else 0.0)
         for sample in bench.samples(device, WATCHED_S):
             now, last = bench.clock.now(), sample
+            ages_ns.append(now - sample.t_ns)
             ahead_s = (sample.t_ns - now) * 1e-9
             assert ahead_s <= 0, (
                 f"a sample from the future: t_ns is {sample.t_ns}, {ahead_s:.3g} s ahead of the clock ({now}); use "
@@ -48,8 +52,12 @@ def check_time_follows_the_clock(bench: Bench) -> None:
         f"t_ns advanced by {stamped_s:g} s while the clock advanced by {passed_s:g} s; stamp each sample with the "
         "time at which it was taken, in nanoseconds"
     )
-    age_s = (now - last.t_ns) * 1e-9
-    assert age_s <= OLDEST_S, f"the newest sample is {age_s:.3g} s old; return the newest, or raise StaleData"
+    # A clock that begins at zero has no older times at first, and a busy machine delays some reads.
+    age_s = min(ages_ns[len(ages_ns) // 2 :]) * 1e-9
+    assert age_s < oldest_s, (
+        f"samples are {age_s:.3g} s old or older; return the newest, stamped with the time at which it was taken, or "
+        "raise StaleData"
+    )
 
 
 def check_new_samples_come(bench: Bench) -> None:

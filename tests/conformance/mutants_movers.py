@@ -8,7 +8,7 @@ from dataclasses import replace
 from catching import caught_device
 from honest_devices import HonestArm, HonestGripper
 
-from lsds.contracts import ArmSpec, Pose, Twist
+from lsds.contracts import ArmSpec, Contact, Pose, Twist
 from lsds.errors import LsdsError
 from lsds.testing import arm_state, connecting, gripper_state, motion, specs, unplugged
 
@@ -121,6 +121,20 @@ class TargetIsAperture(HonestGripper):
         return replace(state, target_m=state.aperture_m)
 
 
+@caught_device("gripper", REPORTS, "contact is closing at rest at 0.05 m, after it was opened")
+class AlwaysFeelsAnObject(HonestGripper):
+    def read(self):
+        return replace(super().read(), contact=Contact.CLOSING)
+
+
+@caught_device("gripper", REPORTS, r"moves at 0.02\d* m/s after command\(\) returned 0.15 m/s")
+class IgnoresTheSpeed(HonestGripper):
+    def command(self, command):
+        sent = super().command(command)
+        self.fingers.go(sent.aperture_m, 0.02)
+        return sent
+
+
 @caught_device("gripper", gripper_state.check_gripper_state_is_sound, "aperture_m is 50.0, outside of the stroke")
 class ApertureInMillimetres(HonestGripper):
     def read(self):
@@ -193,6 +207,14 @@ class GoesElsewhere(HonestGripper):
     def command(self, command):
         sent = super().command(command)
         self.fingers.go(sent.aperture_m * 0.8, sent.speed_m_s)
+        return sent
+
+
+@caught_device("gripper", motion.check_gripper_reaches_what_was_sent, "its apertures are reversed: 0 is closed")
+class MovesTheOtherWay(HonestGripper):
+    def command(self, command):
+        sent = super().command(command)
+        self.fingers.go(self.spec.stroke_m - sent.aperture_m, sent.speed_m_s)
         return sent
 
 

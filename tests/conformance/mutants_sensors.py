@@ -34,6 +34,12 @@ class ConstantNumber(HonestSensor):
         return changed(self, seq=lambda seq: 0)
 
 
+@caught_device("gripper", FOLLOWS, r"samples are 0\.2\d* s old or older")
+class StampsLate(HonestGripper):
+    def read(self):
+        return changed(self, t_ns=lambda t_ns: max(t_ns - 200_000_000, 0))
+
+
 @caught_device("gripper", FOLLOWS, r"t_ns advanced by 0 s while the clock advanced by 1 s")
 class ConstantTime(HonestGripper):
     def read(self):
@@ -52,7 +58,7 @@ class TimeOfDay(HonestPoses):
         return changed(self, t_ns=lambda t_ns: time.time_ns())
 
 
-@caught_device("sensor", FOLLOWS, r"the newest sample is \d.* s old")
+@caught_device("sensor", FOLLOWS, r"samples are \d.* s old")
 class OldFrames(HonestSensor):
     def read(self):
         return changed(self, t_ns=lambda t_ns: t_ns - 3_000_000_000)
