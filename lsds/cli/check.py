@@ -108,7 +108,7 @@ def check(
         )
     if faults or found is not None:
         raise click.UsageError("--faults and --found need --client MODULE:CLASS")
-    bench = _bench(backend, overrides, host_of(ctx), allow_motion)
+    bench = _bench(backend, overrides, host_of(ctx), allow_motion, built=not only_list)
     _require_checks(bench, only)
     if only_list:
         _list(bench, json_file)
@@ -118,8 +118,13 @@ def check(
     return 1 if any(result.outcome == "failed" for result in results) else 0
 
 
-def _bench(backend: str, overrides: tuple[str, ...], host: PluginHost, allow_motion: bool) -> Bench:
-    """Return the bench of KIND:NAME with its options. Raises click.UsageError, ConfigError."""
+def _bench(
+    backend: str, overrides: tuple[str, ...], host: PluginHost, allow_motion: bool, *, built: bool = True
+) -> Bench:
+    """Return the bench of KIND:NAME with its options, which are tried if `built`.
+
+    Raises click.UsageError, ConfigError.
+    """
     from lsds.config.overrides import apply_overrides
     from lsds.errors import ConfigError, ConfigIssue, PluginNotFound
     from lsds.testing import Bench
@@ -141,9 +146,10 @@ def _bench(backend: str, overrides: tuple[str, ...], host: PluginHost, allow_mot
             raise ConfigError("--set", issues)
         host.imported(host.find(kind, name))
         return bench
-    built = bench.build()  # Report wrong options once, not in every check.
-    with suppress(Exception):  # The checks report errors of `close`.
-        built.close()
+    if built:
+        device = bench.build()  # Report wrong options once, not in every check.
+        with suppress(Exception):  # The checks report errors of `close`.
+            device.close()
     return bench
 
 

@@ -90,6 +90,12 @@ def test_json_holds_all_results(capsys, tmp_path):
     assert json.loads(capsys.readouterr().out) == found
 
 
+def test_checks_are_listed_without_the_options_that_a_device_needs(capsys):
+    assert main(["check", "gripper:hand-e", "--list"]) == 0
+    assert "gripper_never_opens_on_failure" in capsys.readouterr().out
+    assert main(["check", "gripper:hand-e"]) == 2
+
+
 def test_the_list_runs_nothing(capsys, monkeypatch):
     monkeypatch.setattr(FakeGripper, "connect", lambda self: 1 / 0)
     assert main(["check", "gripper:fake-gripper", "--list"]) == 0
