@@ -90,7 +90,8 @@ def test_json_holds_all_results(capsys, tmp_path):
     assert json.loads(capsys.readouterr().out) == found
 
 
-def test_checks_are_listed_without_the_options_that_a_device_needs(capsys):
+def test_checks_are_listed_without_the_options_that_a_device_needs(capsys, monkeypatch):
+    monkeypatch.setattr(module, "host_of", lambda ctx: installed_host())
     assert main(["check", "gripper:hand-e", "--list"]) == 0
     assert "gripper_never_opens_on_failure" in capsys.readouterr().out
     assert main(["check", "gripper:hand-e"]) == 2
