@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -29,8 +30,9 @@ VIRTUAL = "clock=virtual"
 class SimulatedRun:
     """The result of one scenario; `number` is its place among those given.
 
-    `error` is why it could not run, "" if it ran; then `summary` and `verdict` are those of `lsds.run`, and `figures`
-    is what the function `figures` returned. `truths` are the states of the cell, empty unless they were asked for.
+    `error` is why it could not run, or why its figures are missing, "" otherwise. If it ran, `summary` and `verdict` are
+    those of `lsds.run`, and `figures` is what the function `figures` returned. `truths` are the states of the cell,
+    empty unless they were asked for.
     """
 
     number: int
@@ -57,12 +59,23 @@ def simulate(
     `jobs` is the number of processes; a crash ends only the scenario that caused it, and results do not depend on the
     number. `figures` computes something from a run's session in the process that ran it: a function of a module, with
     a result that pickle can write. `truths` keeps the states of the cell, some 100 kB a second. A scenario that cannot
-    run, because its config is wrong or names a real device, has an `error`. Raises DataError if no process starts.
+    run, because its config is wrong or names a real device, has an `error`, as has one whose `figures` raise. Raises
+    DataError if no process starts, or if `figures` cannot be sent to one.
     """
     if jobs < 1:
         raise DataError(f"jobs = {jobs}: must be at least 1")
+    if jobs > 1 and figures is not None:
+        _require_sendable(figures)
     items = [(number, _plain(scenario)) for number, scenario in enumerate(scenarios)]
     return _results(items, jobs, partial(_run_one, figures=figures, truths=truths))
+
+
+def _require_sendable(figures: Callable[[Session], Any]) -> None:
+    try:
+        pickle.dumps(figures)
+    except Exception as error:
+        problem = f"figures = {figures!r} cannot be sent to other processes ({error})"
+        raise DataError(f"{problem}; give a function of a module, or jobs = 1") from error
 
 
 def _results(items: list[_Item], jobs: int, work: Callable[[_Item], SimulatedRun]) -> Iterator[SimulatedRun]:
@@ -106,4 +119,10 @@ def _run_one(
     result = SimulatedRun(number, session.summary, session.verdict)
     if truths:
         result = replace(result, truths=tuple(session.truths))
-    return result if figures is None else replace(result, figures=figures(session))
+    if figures is None:
+        return result
+    try:
+        return replace(result, figures=figures(session))
+    except Exception as error:
+        named = getattr(figures, "__name__", "figures")
+        return replace(result, error=f"{named} raised {type(error).__name__}: {error}")

@@ -16,7 +16,7 @@ REACTS_S = 0.3
 _SAMPLE_STEP_S = 0.02
 """Time between two reads of the state while the gripper moves, s; chosen."""
 _FASTER = 3.0
-"""Ratio of two speeds that a short motion tells apart, although fingers need time to get up to speed; chosen."""
+"""Ratio of two speeds that differ in a short motion, too, although fingers need time to get up to speed; chosen."""
 _SLOW_STATES = 5
 """Least number of states under way in which a speed can be measured; chosen."""
 

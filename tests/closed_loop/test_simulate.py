@@ -82,6 +82,23 @@ def test_a_config_with_a_real_device_is_refused():
 
 
 @pytest.mark.slow
+def no_figure(session):
+    raise KeyError("peak")
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_figures_that_raise_are_an_error_of_their_scenario(jobs):
+    results = by_number(lsds.simulate([QUICK, (*QUICK, "seed=3")], jobs=jobs, figures=no_figure))
+    for result in results.values():
+        assert result.error == "no_figure raised KeyError: 'peak'"
+        assert result.verdict.outcome == "held"
+
+
+def test_figures_that_cannot_be_sent_are_refused_before_anything_runs():
+    with pytest.raises(DataError, match=r"cannot be sent to other processes .* give a function of a module"):
+        lsds.simulate([QUICK], jobs=2, figures=lambda session: 1)
+
+
 def test_a_process_that_dies_costs_its_own_scenario_only():
     results = by_number(lsds.simulate([QUICK, ["task.lift=1"]], jobs=2, figures=dies))
     assert results[0].error == "its process died (a library's crash, or out of memory)"
