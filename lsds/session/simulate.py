@@ -30,8 +30,8 @@ VIRTUAL = "clock=virtual"
 class SimulatedRun:
     """The result of one scenario; `number` is its place among those given.
 
-    `error` is why it could not run, or why its figures are missing, "" otherwise. If it ran, `summary` and `verdict` are
-    those of `lsds.run`, and `figures` is what the function `figures` returned. `truths` are the states of the cell,
+    `error` is why it could not run, or why its figures are missing, "" otherwise. If it ran, `summary` and `verdict`
+    are those of `lsds.run`, and `figures` is what the function `figures` returned. `truths` are the states of the cell,
     empty unless they were asked for.
     """
 

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from lsds_plugins.detectors.imprint import ImprintDetector, ImprintDetectorOptions
+from lsds_plugins.estimators.fused import LEAST_MODEL_STD, FusedEstimator, FusedOptions
 from lsds_plugins.estimators.imprint import ImprintEstimator, ImprintOptions
 from tactile.scenes import observation
 
 from lsds.clock import VirtualClock
-from lsds.contracts import BuildContext
+from lsds.contracts import ABSTAINED, BuildContext, SlipEstimate
 from lsds.tactile.imprint.motion import RECENT, ImprintMotion
 from lsds.tactile.imprint.uncertainty import PRIOR_STD_M, covariance, distance, drift, step_m
 
@@ -290,3 +292,16 @@ def test_the_estimator_abstains_where_the_imprint_is_not_found_again():
     assert answer.abstained
     assert math.isnan(answer.speed_m_s)
     assert not estimate(motion(0.3, match=0.5), least_match=0.4).abstained
+
+
+def test_a_trained_model_alone_is_never_certain(monkeypatch):
+    """Where a contact ends the imprint is unknown, and a model at rest states no error at all."""
+    estimator = FusedEstimator(FusedOptions(), CONTEXT)
+    certain = SlipEstimate((0.1, 0.0), (0.0, 1e-4), 0.0, 0.0, 0.1, 0.0)
+    monkeypatch.setattr(estimator._model, "update", lambda observation: certain)
+    found = estimator.update(SimpleNamespace(imprint=None, dt_s=0.04))
+    assert found.velocity_m_s == certain.velocity_m_s
+    assert (*found.velocity_std_m_s, found.angular_std_rad_s) == LEAST_MODEL_STD
+    assert found.speed_std_m_s == LEAST_MODEL_STD[0]
+    monkeypatch.setattr(estimator._model, "update", lambda observation: ABSTAINED)
+    assert estimator.update(SimpleNamespace(imprint=None, dt_s=0.04)) is ABSTAINED

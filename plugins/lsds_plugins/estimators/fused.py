@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from pydantic import Field
 
@@ -54,11 +55,11 @@ class FusedEstimator:
         """Estimate; abstain if neither imprint nor dots have information. Angles are clockwise on the image."""
         model, found = self._model.update(observation), measured(observation, self._options)
         if found is None:
-            return model
+            return model if model.abstained else _in_doubt(model)
         moved, spread = found
         if model.abstained:
             return estimate_of(moved, spread)
-        doubts = (*model.velocity_std_m_s, model.angular_std_rad_s)
+        doubts = _stds(model)
         modelled = (*model.velocity_m_s, model.angular_rad_s)
         # The sum is NaN or infinite if any number is.
         if not math.isfinite(sum(doubts) + sum(modelled)):
@@ -73,6 +74,17 @@ class FusedEstimator:
             xx, xy, xt, yy, yt, tt = spread
             spread = (xx + _ANY_M_S**2, xy, xt, yy + _ANY_M_S**2, yt, tt)
         return estimate_of(*_joined(moved, spread, modelled, [self._options.doubt * std for std in stds]))
+
+
+def _in_doubt(model: SlipEstimate) -> SlipEstimate:
+    """Return a model's estimate with standard deviations that are not below their least values."""
+    x, y, turn = (max(std, least) for std, least in zip(_stds(model), LEAST_MODEL_STD, strict=True))
+    speed = max(model.speed_std_m_s, min(LEAST_MODEL_STD[:2]))
+    return replace(model, velocity_std_m_s=(x, y), angular_std_rad_s=turn, speed_std_m_s=speed)
+
+
+def _stds(model: SlipEstimate) -> Velocity:
+    return (*model.velocity_std_m_s, model.angular_std_rad_s)
 
 
 def _joined(
