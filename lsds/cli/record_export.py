@@ -47,6 +47,8 @@ def export(recordings: tuple[Path, ...], form: str, out: Path, task: str | None,
       lsds record export one.mcap two.mcap --to lerobot --out dataset \\
           --task "hold a glass"
     """
+    from lsds.session.recording.files import damage_of
+
     if form != "lerobot":
         _refuse_the_options_of_lerobot(form, recordings, task, rate_hz)
     label = str(recordings[0]) if len(recordings) == 1 else f"{len(recordings)} recordings"
@@ -66,6 +68,9 @@ def export(recordings: tuple[Path, ...], form: str, out: Path, task: str | None,
     heads, unit = (("recording", "frames"), "frames") if form == "lerobot" else (("topic", "messages"), "messages")
     click.echo(table([(name, str(number)) for name, number in written.items()], heads))
     click.echo(f"{out}: {sum(written.values())} {unit}")
+    for recording in recordings:
+        if damage := damage_of(recording):
+            click.echo(f"warning: {recording} is {damage}: what follows is not in {out}", err=True)
 
 
 def _refuse_the_options_of_lerobot(

@@ -12,6 +12,7 @@ from lsds.cli.output import json_option, require_writable, write_json
 from lsds.cli.set_option import set_option
 from lsds.cli.text_table import table
 from lsds.cli.threads import one_thread
+from lsds.errors import DataError
 
 if TYPE_CHECKING:
     from lsds.session.replay import ReplayResult
@@ -63,6 +64,8 @@ def replay(recording: Path, overrides: tuple[str, ...], plot: Path | None, json_
 
         draw_replay(plot, result)
         click.echo(f"picture: {plot}", err=json_file == "-")
+    if not result.cycles:
+        raise DataError(f"{result.source}: {result.problem}" + (f" ({result.damage})" if result.damage else ""))
     if not overrides and not result.identical:
         raise click.exceptions.Exit(DIFFERS)
 

@@ -140,6 +140,9 @@ def replay(
         result.problem, result.complete = result.problem or statistics.failure, False
     comparison.finish()
     result.damage = recording.damage
+    if not result.cycles:
+        result.complete = False
+        result.problem = result.problem or "the recording has no frame with an answer, so there is nothing to compare"
     return result
 
 

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lsds.cli.main import main
+from lsds.errors import DataError
 from lsds.session.recording.reader import Recording
 from lsds.session.replay import replay
 from lsds.session.track import track
@@ -84,3 +86,23 @@ def test_labels_and_calibration_read_a_recording_as_a_video(video, tmp_path):
         assert one.time_s == pytest.approx(other.time_s, abs=1e-6)
     view = RecordingView(path)
     np.testing.assert_array_equal(view.images, RecordingView(Path(video)).images)
+
+
+def test_a_recording_that_is_cut_off_is_exported_with_a_warning(video, tmp_path, capsys):
+    pytest.importorskip("pyarrow", reason="the export needs the extra data")
+    path, cut = tmp_path / "clip.mcap", tmp_path / "cut.mcap"
+    track(video, record=path)
+    assert main(["record", "export", str(path), "--to", "parquet", "--out", str(tmp_path / "whole")]) == 0
+    assert "warning" not in capsys.readouterr().err
+    cut.write_bytes(path.read_bytes()[:-20_000])
+    assert main(["record", "export", str(cut), "--to", "parquet", "--out", str(tmp_path / "part")]) == 0
+    assert "cut.mcap is damaged or cut off near byte" in capsys.readouterr().err
+
+
+def test_a_recording_without_a_frame_is_no_comparison(video, tmp_path, capsys):
+    path, cut = tmp_path / "clip.mcap", tmp_path / "cut.mcap"
+    track(video, record=path)
+    cut.write_bytes(path.read_bytes()[:20_000])
+    assert not replay(cut).complete
+    assert main(["replay", str(cut)]) == DataError.exit_code
+    assert "nothing to compare (damaged or cut off near byte" in capsys.readouterr().err
