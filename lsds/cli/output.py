@@ -12,9 +12,10 @@ import sys
 import tempfile
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import redirect_stdout, suppress
+from contextvars import ContextVar
 from enum import Enum
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TextIO, TypeVar
 
 import click
 
@@ -31,14 +32,15 @@ class Decorator(Protocol):
         ...
 
 
-_STDOUT = "lsds.stdout"
-"""Key of a command's context: the stream that its JSON goes to while other output is diverted."""
+_kept: ContextVar[TextIO | None] = ContextVar("lsds_stdout", default=None)
+"""The stream that JSON goes to while other output is diverted."""
 
 
-def _divert(ctx: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
+def divert(ctx: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
     """Send all other output to stderr if the JSON goes to stdout: a plugin's print must not spoil it."""
-    if value == "-" and not ctx.resilient_parsing:
-        ctx.meta[_STDOUT] = sys.stdout
+    if value == "-" and not ctx.resilient_parsing and _kept.get() is None:
+        kept = _kept.set(sys.stdout)
+        ctx.call_on_close(lambda: _kept.reset(kept))
         ctx.with_resource(redirect_stdout(sys.stderr))
     return value
 
@@ -48,7 +50,7 @@ json_option: Decorator = click.option(
     "json_file",
     metavar="FILE",
     default=None,
-    callback=_divert,
+    callback=divert,
     help="Write the result as JSON to FILE; '-' is stdout.",
 )
 """The `--json FILE` option; the command receives it as `json_file`, None if it was not given."""
@@ -60,7 +62,7 @@ json_flag: Decorator = click.option(
     is_flag=False,
     flag_value="-",
     default=None,
-    callback=_divert,
+    callback=divert,
     help="Write the result as JSON to FILE; without FILE, to stdout.",
 )
 """The same with an optional FILE. Only for commands without arguments: otherwise it could take an argument as FILE."""
@@ -112,8 +114,7 @@ def write_text(text: str, target: str | Path) -> None:
     old or the new content.
     """
     if str(target) == "-":
-        ctx = click.get_current_context(silent=True)
-        click.echo(text, nl=False, file=None if ctx is None else ctx.meta.get(_STDOUT))
+        click.echo(text, nl=False, file=_kept.get())
         return
     path = Path(target).resolve()  # Keep a symbolic link and replace its target.
     if path.exists() and not path.is_file():  # /dev/stdout or a pipe cannot be replaced.

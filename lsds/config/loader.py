@@ -50,16 +50,18 @@ def load_config(
     try:
         return check_config(data, source, host, issues)
     except ConfigError as error:
-        if path is None:
+        if path is None or not Path(path).is_file():
             raise
-        raise ConfigError(source, [_located(issue, Path(path), data) for issue in error.issues]) from None
+        text = Path(path).read_bytes().decode("utf-8-sig")
+        own = tomllib.loads(text)
+        raise ConfigError(source, [_located(issue, text, own, data) for issue in error.issues]) from None
 
 
-def _located(issue: ConfigIssue, file: Path, data: dict[str, Any]) -> ConfigIssue:
-    """Return an issue with its line if the value is the file's; an override or a calibration has none."""
-    text = file.read_bytes().decode("utf-8-sig")
-    own = value_at(tomllib.loads(text), issue.path)
-    return replace(issue, line=line_of(text, issue.path) if own == value_at(data, issue.path) else None)
+def _located(issue: ConfigIssue, text: str, own: dict[str, Any], data: dict[str, Any]) -> ConfigIssue:
+    """Return an issue with its line if the value is the file's `own`; an override or a calibration has none."""
+    value = value_at(own, issue.path)
+    same = value is not None and repr(value) == repr(value_at(data, issue.path))
+    return replace(issue, line=line_of(text, issue.path) if same else None)
 
 
 def check_config(data: dict[str, Any], source: str, host: PluginHost, issues: Iterable[ConfigIssue] = ()) -> RigConfig:

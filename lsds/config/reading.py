@@ -41,20 +41,39 @@ def read_toml(path: Path) -> dict[str, Any]:
 def line_of(text: str, path: str) -> int | None:
     """Return the number of the line on which the key of a dotted path begins in valid TOML, or None.
 
-    The first lines of a file are valid TOML by themselves unless a value goes on, so the key is in the first of these
-    beginnings that has it.
+    The first lines of a file are valid TOML by themselves unless a value goes on. The key is in the shortest of these
+    beginnings that has it, which is found by bisection.
     """
-    lines = text.splitlines(keepends=True)
-    begun = 1
-    for count in range(1, len(lines) + 1):
-        try:
-            beginning = tomllib.loads("".join(lines[:count]))
-        except tomllib.TOMLDecodeError:
-            continue
-        if value_at(beginning, path) is not None:
-            return begun
-        begun = count + 1
-    return None
+    lines = text.split("\n")
+
+    def beginning(count: int) -> tuple[int, bool]:
+        """Return the first count from this on that is valid TOML, and whether it has the key."""
+        while True:
+            try:
+                return count, value_at(tomllib.loads("\n".join(lines[:count]) + "\n"), path) is not None
+            except tomllib.TOMLDecodeError:
+                count += 1
+
+    if not beginning(len(lines))[1]:
+        return None
+    without, having = 0, len(lines)
+    while True:
+        valid, has = beginning((without + having) // 2)
+        if has and valid < having:
+            having = valid
+        elif not has:
+            without = valid
+        else:  # From the middle to the end, no beginning is valid TOML.
+            break
+        if having - without <= 1:
+            break
+    # A value of several lines begins after the last beginning without it.
+    for count in range(having - 1, without, -1):
+        valid, has = beginning(count)
+        if valid == count and not has:
+            without = count
+            break
+    return without + 1
 
 
 def value_at(data: Mapping[str, Any], path: str) -> Any:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from numbers import Integral, Real
 from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds
 from lsds.contracts import ArmState, GripperState
-from lsds.errors import StaleData
+from lsds.errors import PluginError, StaleData
 from lsds.safety.monitors import FollowWatch, Freshness
 from lsds.tactile.touch import aperture_at
 
@@ -38,7 +39,7 @@ class States:
             "gripper": Freshness("gripper", start_ns, stale, remedy="check the gripper and its cable"),
             "arm": Freshness("arm", start_ns, stale, remedy="check the arm's connection"),
         }
-        self._follow = FollowWatch()
+        self._follow = FollowWatch(nanoseconds(rig.config.safety.command_lifetime_s))
 
     def silence_s(self, kind: str, now_ns: int) -> float:
         """Return for how long "arm" or "gripper" has sent no usable state (s), 0 within the limit."""
@@ -60,6 +61,9 @@ class States:
         except StaleData as error:
             fresh.bad(str(error))
         else:
+            if not isinstance(state.aperture_m, Real) or not isinstance(state.t_ns, Integral):
+                problem = f"returned {state!r}, which is not a number of metres at a whole number of ns"
+                raise PluginError(f"{self._reads[0].who}: read() {problem} (a mistake in that plugin)")
             if not math.isfinite(state.aperture_m):
                 fresh.bad(f"its aperture is {state.aperture_m} m; a driver raises StaleData for a state it cannot read")
             elif fresh.stamped(state.t_ns, now_ns):
@@ -84,6 +88,7 @@ class States:
         arm, fresh = self._rig.arm, self._fresh["arm"]
         if arm is None:
             return
+        self._follow.run(now_ns)
         try:
             state = self._calls.expect(ArmState, self._reads[1], arm.read)
         except StaleData as error:

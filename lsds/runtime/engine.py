@@ -541,9 +541,8 @@ class Engine:
                 tuple(finger.name for finger in self._rig.fingers),
                 self._rig.config.safety.apertures_m,
             )
-            for finger in self._rig.fingers:
-                finger.detector.reset()
-                finger.estimator.reset()
+            for line in self.lines:
+                line.reset()
             self._make(self._step._replace(name="begin"), self._job.begin, setting)
             with quiet_process():
                 if self._recorded:
@@ -575,7 +574,7 @@ class Engine:
             now = self._clock.now()
             problems = self._rig.stop()
             if failure is not None:
-                self.stop_report = stop_report(failure, self._rig, self._states, self._act, self._calls, problems, now)
+                self.stop_report = stop_report(failure, self._rig, self._states, self._act, problems, now)
                 if self.stop_report:
                     failure.add_note(self.stop_report)
                 # A traceback holds this frame, which must not hold the traceback.

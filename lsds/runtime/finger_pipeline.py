@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -168,6 +168,18 @@ class FingerLine:
             return False
         return brightness(frame) > BRIGHTER * brightness(reference)
 
+    def reset(self) -> None:
+        """Clear the past frames of detector and estimator. Raises PluginError that names one that raises."""
+        parts: tuple[Any, ...] = self.finger.detector, self.finger.estimator
+        for call, part in zip(self._updates[1:], parts, strict=True):
+            own = call._replace(name="reset")
+            try:
+                self._calls.make(own, part.reset)
+            except LsdsError:
+                raise
+            except Exception as error:
+                raise raised_by(own.who, error, "reset()") from error
+
     def _retake(self, frame: Frame) -> bool:
         """Take a frame as the reference, whatever touches it; return whether it shows a grid of dots."""
         self._lost = 0
@@ -175,8 +187,7 @@ class FingerLine:
             self.perception.start([frame])
         except DataError:
             return False
-        self.finger.detector.reset()
-        self.finger.estimator.reset()
+        self.reset()
         self.renewed.append(frame.seq)
         return True
 

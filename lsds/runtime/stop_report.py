@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 
 from lsds.clock import seconds
 from lsds.errors import UNREACHABLE, CallHangs
+from lsds.safety.device_calls import call_of
 
 if TYPE_CHECKING:
     from lsds.runtime.actuation import Actuation
     from lsds.runtime.device_states import States
     from lsds.runtime.rig import Rig
-    from lsds.safety.device_calls import Calls
 
 
 def stop_report(
@@ -24,19 +24,18 @@ def stop_report(
     rig: Rig,
     states: States,
     act: Actuation,
-    calls: Calls,
     problems: Sequence[str],
     now_ns: int,
 ) -> str:
     """Return one line on the arm and the gripper, "" for a rig without either.
 
-    `problems` are those that `Rig.stop` returned; `calls` knows which call raised last.
+    `problems` are those that `Rig.stop` returned.
     """
     failed = ""
     if isinstance(error, CallHangs):
         failed = error.device
-    elif isinstance(error, UNREACHABLE) and calls.failed is not None:
-        failed = calls.failed.who
+    elif isinstance(error, UNREACHABLE) and (call := call_of(error)) is not None:
+        failed = call.who
     parts = []
     for kind, device, describe in (("arm", rig.arm, _arm), ("gripper", rig.gripper, _gripper)):
         if device is None:

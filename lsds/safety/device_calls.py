@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from contextvars import copy_context
 from dataclasses import dataclass, field
 from functools import partial
@@ -39,17 +40,12 @@ class Call(NamedTuple):
 
 
 class Calls:
-    """The call in progress in the cell's thread, and the innermost one that raised last.
+    """The call in progress in the cell's thread. A mark costs 0.15 microseconds."""
 
-    A mark costs 0.15 microseconds.
-    """
-
-    __slots__ = ("_raised", "at", "count", "failed")
+    __slots__ = ("at", "count")
 
     def __init__(self) -> None:
         self.at: Call | None = None
-        self.failed: Call | None = None
-        self._raised: int | None = None
         self.count = 0
 
     def make(self, call: Call, function: Callable[..., T], *arguments: object) -> T:
@@ -62,12 +58,12 @@ class Calls:
         try:
             return function(*arguments)
         except SystemExit as error:
-            self.failed = call
-            raise PluginError(f"{call.who} ended the program in {call.name}(): sys.exit({error.code})") from error
+            ended = PluginError(f"{call.who} ended the program in {call.name}(): sys.exit({error.code})")
+            _mark(ended, call)
+            raise ended from error
         except BaseException as error:
-            # A job's call holds those of its devices. The number of an error does not keep its frames in memory.
-            if self._raised != id(error):
-                self._raised, self.failed = id(error), call
+            # A job's call holds those of its devices: the innermost marks the error first.
+            _mark(error, call)
             raise
         finally:
             self.at = before
@@ -82,6 +78,21 @@ class Calls:
                 f"{call.who}: {call.name}() returned {got}, not {kind.__name__} (a mistake in that plugin)"
             )
         return answer
+
+
+def call_of(error: BaseException) -> Call | None:
+    """Return the innermost marked call that raised an error, None for one that no such call raised."""
+    return getattr(error, _MARK, None)
+
+
+def _mark(error: BaseException, call: Call) -> None:
+    if call_of(error) is None:
+        with suppress(AttributeError, TypeError):  # An exception of a library may take no attributes.
+            setattr(error, _MARK, call)
+
+
+_MARK = "_lsds_call"
+"""Attribute of an error: the call that raised it."""
 
 
 @dataclass(slots=True)

@@ -159,13 +159,19 @@ class FollowWatch:
     #: Time allowed until the arm moves, and the fraction of the commanded speed that counts as moving.
     PATIENCE_NS = 1_000_000_000
     SHARE = 0.3
-    #: A longer time between two looks is lateness of the loop: a command lives about as long.
-    AWAY_NS = 150_000_000
 
-    def __init__(self) -> None:
+    def __init__(self, lifetime_ns: int) -> None:
+        """`lifetime_ns`: how long a command lives. A loop that is run less often lets commands expire."""
+        self._lifetime_ns = lifetime_ns
         self._lagging_since: int | None = None
-        self._checked_ns: int | None = None
+        self._run_ns: int | None = None
         self._away_ns = 0
+
+    def run(self, now_ns: int) -> None:
+        """Record that the loop is run now, with or without a new state."""
+        if self._run_ns is not None:
+            self._away_ns = max(self._away_ns, now_ns - self._run_ns)
+        self._run_ns = now_ns
 
     def check(self, state: ArmState, commanded: Twist, now_ns: int) -> None:
         """Raise SafetyStop on a protective stop, or if the arm has not followed for too long."""
@@ -175,18 +181,15 @@ class FollowWatch:
         if wanted <= 0:
             wanted, speed = math.hypot(*commanded.angular_rad_s), math.hypot(*state.tcp_twist.angular_rad_s)
             unit = "rad/s"
-        since = 0 if self._checked_ns is None else now_ns - self._checked_ns
-        self._checked_ns = now_ns
         if wanted <= 0 or speed >= self.SHARE * wanted:
             self._lagging_since, self._away_ns = None, 0
             return
-        self._away_ns = max(self._away_ns, since)
         if self._lagging_since is None:
             self._lagging_since = now_ns
         if now_ns - self._lagging_since > self.PATIENCE_NS:
             why = "check remote control and obstacles"
-            if self._away_ns > self.AWAY_NS:
-                # Commands expire where the loop is late, and the arm stops.
+            if self._away_ns > self._lifetime_ns:
+                # Commands have expired, and the arm has stopped as it has to.
                 why = (
                     f"the loop itself was not run for up to {seconds(self._away_ns):.2f} s: something in it is too slow"
                 )

@@ -6,10 +6,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from lsds.config import RigConfig, load_config
+from lsds.config import RigConfig
 from lsds.contracts import Job
 from lsds.runtime.engine import Engine
 from lsds.runtime.rig import Rig, require_moments
+from lsds.session.parts import loaded
 
 
 @contextmanager
@@ -22,10 +23,10 @@ def bring_up(
             for cycle in engine:
                 print(cycle.stage, cycle.estimate.speed_m_s)
 
-    `config` is a configuration or its file, None for the simulated cell; `overrides` change a file's keys. `job`
+    `config` is a configuration or its file, None for the simulated cell; `overrides` change its keys. `job`
     replaces the job of the config. The engine's rig is `engine.rig`.
     """
-    chosen = config if isinstance(config, RigConfig) else load_config(config, overrides)
+    chosen = loaded(config, overrides)
     rig = Rig(chosen)
     require_moments(rig, job)
     with rig:

@@ -32,6 +32,9 @@ def loaded(
         return load_config(config, texts)
     if not texts:
         return config
+    if any(text.partition("=")[0].strip() == "calibration" for text in texts):
+        problem = "a configuration holds the values of its calibration already"
+        raise ConfigError("overrides", [ConfigIssue("calibration", problem, "load the file with this override")])
     tables = config.as_tables()
     issues = apply_overrides(tables, tuple(texts))
     return check_config(tables, "the configuration with overrides", PluginHost(), issues)
@@ -41,13 +44,25 @@ def _texts(overrides: str | Sequence[str] | Mapping[str, Any]) -> list[str]:
     if isinstance(overrides, str):
         return [overrides]
     if isinstance(overrides, Mapping):
-        return override_texts(overrides)
+        try:
+            return override_texts({key: _plain(value) for key, value in overrides.items()})
+        except TypeError as error:
+            raise ConfigError(
+                "overrides", [ConfigIssue("overrides", str(error), "give numbers, texts or lists")]
+            ) from None
     if isinstance(overrides, Iterable):
         texts = list(overrides)
         if all(isinstance(text, str) for text in texts):
             return texts
     remedy = 'give texts such as "task.lift_s=1", or a mapping of config keys'
     raise ConfigError("overrides", [ConfigIssue("overrides", f"{overrides!r} is not usable", remedy)])
+
+
+def _plain(value: Any) -> Any:
+    """Return a path as text, and a number of NumPy as Python's."""
+    if isinstance(value, Path):
+        return str(value)
+    return value.item() if hasattr(value, "item") and hasattr(value, "dtype") else value
 
 
 @contextmanager

@@ -17,6 +17,7 @@ from lsds.errors import LsdsError, PluginError
 from lsds.runtime.engine import Engine
 from lsds.runtime.observers import Observers, ObserverStatistics
 from lsds.runtime.rig import Rig, require_moments
+from lsds.safety.device_calls import call_of
 from lsds.session.parts import loaded, with_parts
 from lsds.session.record import RunRecord
 from lsds.session.recording import recorder_of
@@ -220,7 +221,7 @@ def _summarised(
     except (LsdsError, KeyboardInterrupt) as error:
         fault = error
     except Exception as error:
-        call = rig.thread.calls.failed
+        call = call_of(error)
         who = "a backend" if call is None else f"{call.who} in {call.name}()"
         note = "; ".join(getattr(error, "__notes__", ()))
         fault = PluginError(f"{who} raised {type(error).__name__}: {error} ({note}) (lsds --debug run shows where)")

@@ -20,6 +20,7 @@ from lsds.registry import PluginHost
 from lsds.registry.backends import NO_DEVICE
 from lsds.runtime.engine import Engine
 from lsds.runtime.rig import Rig
+from lsds.session.parts import loaded
 from lsds.session.recording import ENDING, recorder_of
 from lsds.tactile.feature_sets import FEATURES, feature_indices
 from lsds.tactile.working_image import lamps_are_turned
@@ -168,6 +169,7 @@ def _of_recording(
     """Return the configuration with the recording as its only sensor."""
     backend = "recording" if Path(source).suffix.lower() == ENDING else "video"
     if isinstance(config, RigConfig):
+        config = loaded(config, overrides)
         options = {**config.section("sensor").tables.get(backend, {}), "path": str(source)}
         return config.model_copy(update={"sensor": own_section(backend, options), "sensors": {}})
     # Only the first frame of a recording is assumed to be without contact; a config or an override can change this.

@@ -81,11 +81,14 @@ def _assert_speed(bench: Bench, gripper: Any, begun_m: float) -> None:
     spec = gripper.spec
     target = spec.stroke_m * (1.0 if begun_m < 0.9 * spec.stroke_m else 0.7)
     sent = gripper.command(GripperCommand(target, spec.speed_m_s[1], spec.force_n[0], bench.in_future(10.0)))
-    seen = [
-        (state.t_ns, state.aperture_m)
-        for state in _watched(bench, gripper, abs(target - begun_m))
-        if _between(state, begun_m, sent.aperture_m, gripper)
-    ]
+    # A state that is read twice is one.
+    seen = sorted(
+        {
+            state.t_ns: state.aperture_m
+            for state in _watched(bench, gripper, abs(target - begun_m))
+            if _between(state, begun_m, sent.aperture_m, gripper)
+        }.items()
+    )
     if len(seen) < _SLOW_STATES:
         return
     (begun_ns, first_m), (ended_ns, last_m) = seen[0], seen[-1]

@@ -8,6 +8,7 @@ import pickle
 import sys
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 from lsds_mocks.devices.hand_e import MockHandE
@@ -15,7 +16,7 @@ from lsds_mocks.devices.hand_e import MockHandE
 import lsds
 from lsds.cli.run import run as run_command
 from lsds.contracts import Detection
-from lsds.errors import ConfigError, PluginError
+from lsds.errors import CallHangs, ConfigError, ConfigIssue, ConnectionLost, PluginError
 from lsds.registry.in_program import unregister
 
 FAST = ("task.lift_s=0.3", "task.hold_s=0.3", "cell.simulated.fidelity=winkler")
@@ -61,6 +62,22 @@ def test_a_detector_that_ends_the_program_ends_the_run(code):
     assert "detector 'given-" in str(session.fault)
     apertures = [sample.held_m for sample in session.record.samples if math.isfinite(sample.held_m)]
     assert apertures[-1] <= min(apertures) + 1e-9
+
+
+def test_a_reset_that_ends_the_program_ends_the_run():
+    detector = Detector()
+    detector.reset = lambda: sys.exit(6)
+    session = lsds.run(None, FAST, detector=detector)
+    assert "ended the program in reset(): sys.exit(6)" in str(session.fault)
+
+
+def test_an_error_that_was_handled_is_not_blamed_for_a_later_one(with_gripper):
+    def read(self):
+        state = REAL["read"](self)
+        return replace(state, aperture_m=None) if self._spoiled() else state
+
+    session = with_gripper(read=read, _spoiled=after(200))
+    assert str(session.fault).startswith("gripper 'mock-hand-e': read() returned GripperState(")
 
 
 def test_a_scenario_whose_plugin_ends_the_program_is_one_of_many():
@@ -143,19 +160,38 @@ def test_overrides_change_a_configuration_too():
         assert longer == pytest.approx(0.3, abs=0.1)
     with pytest.raises(ConfigError, match="unknown key"):
         lsds.run(config, ["task.lift=1"])
+    with pytest.raises(ConfigError, match="load the file with this override"):
+        lsds.run(config, ['calibration=["slip.toml"]'])
+    with pytest.raises(ConfigError, match="TOML cannot hold a NoneType"):
+        lsds.run(config, {"task.lift_s": None})
     for wrong in (5, [("task.lift_s", 1)]):
         with pytest.raises(ConfigError, match="give texts such as"):
             lsds.run(config, wrong)
 
 
 def test_a_mapping_is_a_configuration():
-    session = lsds.run({"task.lift_s": 0.3, "task.hold_s": 0.3, "cell.simulated.fidelity": "winkler"})
+    session = lsds.run({"task.lift_s": np.float64(0.3), "task.hold_s": 0.3, "cell.simulated.fidelity": "winkler"})
     assert session.verdict.outcome == "held"
 
 
 def test_a_class_is_no_job():
     with pytest.raises(PluginError, match=r"job is the class HoldJob; give an object: HoldJob\(\)"):
         lsds.run(None, FAST, job=lsds.HoldJob)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        ConfigError("rig.toml", [ConfigIssue("task.lift_s", "is missing", line=3)]),
+        ConnectionLost("gripper 'hand-e'", "does not answer", remedy="check the cable", code=7),
+        CallHangs("detector 'own'", "update", 5.0, key="deadlines.update_s"),
+        PluginError("boom"),
+    ],
+)
+def test_errors_can_be_sent_to_another_process(error):
+    error.add_note("while closing the rig")
+    sent = pickle.loads(pickle.dumps(error))
+    assert (type(sent), str(sent), sent.__dict__) == (type(error), str(error), error.__dict__)
 
 
 def test_a_session_can_be_sent_to_another_process():

@@ -5,12 +5,15 @@ import tomllib
 
 import pytest
 from fake_cell import FAKE_RIG, plugin
+from hypothesis import given
+from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 from pydantic import BaseModel, ConfigDict
 
 from lsds.config import RigConfig, check_config, dump_config, json_schema, load_config
 from lsds.config.example import example_config
 from lsds.config.overrides import parse_override
+from lsds.config.reading import line_of, value_at
 from lsds.contracts import BackendSpec
 from lsds.errors import ConfigError, ConfigIssue
 from lsds.registry import PluginHost
@@ -338,6 +341,35 @@ def test_one_override_may_be_a_text():
     assert load_config(None, "seed=7").seed == 7
     with pytest.raises(ConfigError, match="sed"):
         load_config(None, "sed=7")
+
+
+_VALUES = st.sampled_from(["1", "'x'", '"""\n[a]\nb = 2\n"""', "[\n 1,\n\n 2]", "{c = 3}", "'y'  # a = 1"])
+
+
+@given(st.lists(st.tuples(st.sampled_from("abcd"), _VALUES), max_size=12), st.lists(st.integers(0, 12), max_size=3))
+def test_the_line_of_a_key_is_the_first_after_the_last_beginning_without_it(pairs, tables):
+    lines, used, table = [], set(), ""
+    for number, (key, value) in enumerate(pairs):
+        if number in tables:
+            table = f"t{number}."
+            lines += ["", f"[t{number}]  # a table"]
+        if table + key not in used:
+            used.add(table + key)
+            lines.append(f"{key} = {value}")
+    text = "\n".join(lines) + "\n"
+    whole = text.split("\n")
+    for path in used:
+        last = 0
+        for count in range(len(whole) + 1):
+            try:
+                beginning = tomllib.loads("\n".join(whole[:count]) + "\n")
+            except tomllib.TOMLDecodeError:
+                continue
+            if value_at(beginning, path) is not None:
+                break
+            last = count
+        assert line_of(text, path) == last + 1
+    assert line_of(text, "z") is None
 
 
 def test_a_wrong_value_is_named_with_the_line_of_its_key(tmp_path):

@@ -113,7 +113,7 @@ def arm(t_ms, speed, *, stopped=False):
 
 
 def test_an_arm_that_does_not_follow_is_noticed_and_one_that_does_is_not():
-    watch = FollowWatch()
+    watch = FollowWatch(100 * MS)
     for t in range(0, 5000, 10):
         watch.check(arm(t, 0.03), UP, t * MS)
     for t in range(5000, 6000, 10):
@@ -121,20 +121,31 @@ def test_an_arm_that_does_not_follow_is_noticed_and_one_that_does_is_not():
     with pytest.raises(SafetyStop, match=r"moving at 0\.000 m/s"):
         watch.check(arm(6010, 0.0), UP, 6010 * MS)
     with pytest.raises(SafetyStop, match="protective stop"):
-        FollowWatch().check(arm(0, 0.0, stopped=True), Twist(), 0)
+        FollowWatch(100 * MS).check(arm(0, 0.0, stopped=True), Twist(), 0)
 
 
 def test_a_loop_that_is_late_is_blamed_instead_of_the_arm():
     """Commands expire while an algorithm computes, and the arm stops as it has to."""
-    watch = FollowWatch()
+    watch = FollowWatch(100 * MS)
     for t in range(0, 1200, 300):
+        watch.run(t * MS)
         watch.check(arm(t, 0.0), UP, t * MS)
     with pytest.raises(SafetyStop, match=r"the loop itself was not run for up to 0\.30 s"):
         watch.check(arm(1200, 0.0), UP, 1200 * MS)
 
 
+def test_an_arm_whose_states_are_slow_does_not_make_the_loop_late():
+    watch = FollowWatch(100 * MS)
+    for t in range(0, 960, 10):
+        watch.run(t * MS)
+        if t % 160 == 0:
+            watch.check(arm(t, 0.0), UP, t * MS)
+    with pytest.raises(SafetyStop, match="check remote control and obstacles"):
+        watch.check(arm(1120, 0.0), UP, 1120 * MS)
+
+
 def test_an_arm_that_shall_only_turn_and_does_not_is_noticed():
-    watch = FollowWatch()
+    watch = FollowWatch(100 * MS)
     turning = ArmState(0, 0, Pose((0, 0, 0)), TURN)
     watch.check(turning, TURN, 0)
     watch.check(arm(10, 0.0), TURN, 10 * MS)

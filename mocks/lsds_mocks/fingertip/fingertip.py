@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds_mocks.fingertip.contact import Touch
+    from lsds_mocks.gel.protocol import GelModel
     from lsds_mocks.gel.state import GelState
     from lsds_mocks.plant.friction import SurfaceFriction
 
@@ -101,8 +102,7 @@ class SimulatedFingertip:
         material = build_material(options)
         self._pad_m = (material.width_m, material.height_m)
         self._thickness_m = material.thickness_m
-        self.gel = build_gel(options, build_surface(options, material), material)
-        self.gel.grain = build_grain(options)
+        self.gel = self._new_gel()
         own = [seed, zlib.crc32(side.encode())]
         self._friction = friction or build_friction(options, *np.random.default_rng(own).spawn(2))
         self._renderer = Renderer(look_of(look or GelSightOptions(dim_start=False)), own)
@@ -126,6 +126,13 @@ class SimulatedFingertip:
         self._slip_distance_m = 0.0
         self._tilt_rad = 0.0
 
+    def _new_gel(self) -> GelModel:
+        """Return a gel that nothing has touched."""
+        options, material = self.options, build_material(self.options)
+        gel = build_gel(options, build_surface(options, material), material)
+        gel.grain = build_grain(options)
+        return gel
+
     @property
     def reach_m(self) -> tuple[float, float, float]:
         """Greatest distances (m) from the pad's origin at which something is on the pad, along x, y and z."""
@@ -135,23 +142,18 @@ class SimulatedFingertip:
     def stable_step_s(self, pad_kg: float, object_kg: float | None = None) -> float:
         """Return a time step (s) at which the object is stable between two such fingertips of mass `pad_kg` each.
 
-        `object_kg` replaces the mass in the options. The gel's stiffness is measured, so the object is taken off it.
+        `object_kg` replaces the mass in the options. The stiffness is that of a gel without history.
         """
         of = self.options
-        self.release()
         # A push at the grip also turns an object that is gripped away from its middle, as if its mass were less.
         off_centre = (of.grip_height_mm - of.length_mm / 2) / of.length_mm
         own_kg = (of.mass_kg if object_kg is None else object_kg) / (1 + 12 * off_centre**2)
         mass_kg = 1 / (1 / own_kg + 1 / (2 * pad_kg))
-        gel, deep = self.gel, _TYPICAL_M
+        gel, deep = self._new_gel(), _TYPICAL_M
         shallow = gel.press(0.9 * deep)
         normal_n_m = (gel.press(deep) - shallow) / (0.1 * deep)
         gel.set_friction(np.full(gel.points_m.shape[1], self.options.static_friction))
         shear_n_m = abs(gel.trial(0.0, _TYPICAL_SHEAR_M).force_y_n) / _TYPICAL_SHEAR_M
-        gel.press(0.0)
-        gel.trial(0.0, 0.0)
-        gel.commit()
-        self._pressed = None
         return _MARGIN * math.sqrt(4 / 3 * mass_kg / (2 * max(normal_n_m, _ROLLING * shear_n_m)))
 
     def step(self, pad: Pose, target: Pose, dt_s: float, *, normal_n: float | None = None) -> NDArray[np.float64]:
@@ -186,7 +188,9 @@ class SimulatedFingertip:
         return self._wrench(pad)
 
     def restart(self) -> None:
-        """Begin a new trial: take the object off the gel, and forget time, slip and what made results invalid."""
+        """Begin a new trial as at first: forget the gel's history, time, slip and what made results invalid."""
+        self.gel = self._new_gel()
+        self._seen = None
         self.release()
         self._images = 0
         self._time_s = 0.0

@@ -181,8 +181,8 @@ def _actuator(model: Any, data: Any, options: MujocoCellOptions, key: str) -> An
         number = model.actuator(name).id
     except KeyError as error:
         raise DataError(f"{key} = {name!r}: no actuator {name!r} in the model") from error
-    # A position servo has a bias of minus its gain; a motor has none.
-    if model.actuator_biasprm[number][1] >= 0:
+    # A position servo has a bias of minus its gain; a motor has none, and a plugin of MuJoCo may be either.
+    if model.actuator_plugin[number] < 0 and model.actuator_biasprm[number][1] >= 0:
         raise DataError(f"{key} = {name!r}: the actuator sets a force, but a position (m) is commanded; use <position>")
     return data.actuator(name)
 

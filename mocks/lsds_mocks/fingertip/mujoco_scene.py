@@ -65,9 +65,11 @@ class MujocoFingertip:
             raise DataError(text + (longer if normal_n is None and dt_s > stable_s else "")) from error
 
     def stable_step_s(self) -> float:
-        """Return a time step (s) that is stable for the model's masses. It takes the object off the gel."""
-        pad_kg = float(self._model.body_mass[self.pad_body])
-        return self.tip.stable_step_s(pad_kg or math.inf, mass_of(self._model, self.target_body))
+        """Return a time step (s) that is stable for the model's masses."""
+        model, welded = self._model, self._pair[0]
+        moves = welded and model.body_mocapid[welded] < 0
+        pad_kg = float(model.body_mass[model.body_weldid == welded].sum()) if moves else math.inf
+        return self.tip.stable_step_s(pad_kg or math.inf, mass_of(model, self.target_body))
 
     def contacts(self) -> list[int]:
         """Return the numbers of MuJoCo's contacts between pad and object."""
@@ -128,6 +130,8 @@ class MujocoScene:
         import mujoco
 
         self._mujoco: Any = mujoco
+        warnings = mujoco.mjtWarning
+        self._diverged = [int(getattr(warnings, f"mjWARN_BAD{of}")) for of in ("QPOS", "QVEL", "QACC")]
         self.model, self.data = model, data
         self.fingertips = tuple(fingertips)
         self.applied = np.zeros((model.nbody, 6))
@@ -145,13 +149,17 @@ class MujocoScene:
         for _ in range(steps):
             if data.time < self._time_s:
                 self.forget()
-            before_s = float(data.time)
+            before_s, step_s = float(data.time), float(model.opt.timestep)
             own = data.xfrc_applied.copy()
             data.xfrc_applied += self.applied
-            mujoco.mj_step(model, data)
-            data.xfrc_applied[:] = own
+            try:
+                mujoco.mj_step(model, data)
+            finally:
+                data.xfrc_applied[:] = own
             self._time_s = float(data.time)
-            if self._time_s <= before_s:
+            # A reset takes away the time before, or at the beginning shows as a number of warnings only.
+            if self._time_s < before_s + 0.5 * step_s or any(data.warning[kind].number for kind in self._diverged):
+                self.forget()
                 raise DataError(
                     f"MuJoCo scene: MuJoCo reset the scene at {before_s:.4g} s because its simulation diverged; take a "
                     "shorter step, and see MUJOCO_LOG.TXT"
@@ -161,7 +169,7 @@ class MujocoScene:
                 # A step ends with new joint positions; the poses of bodies and sites still belong to its beginning.
                 mujoco.mj_kinematics(model, data)
                 mujoco.mj_comPos(model, data)
-                self._touch(self._every * float(model.opt.timestep))
+                self._touch(self._every * step_s)
 
     def reset(self, keyframe: int | None = None) -> None:
         """Begin a new trial: reset MuJoCo's data, to a keyframe if one is given, and the fingertips."""

@@ -105,7 +105,7 @@ class VideoSensor(PlayedSensor):
 
     def _images(self, reader: Reader) -> Iterator[Picture]:
         for number, (image, file_s, redrawn) in enumerate(reader.images()):
-            if number == 0 and image.max() < DARK_LEVEL:
+            if number == 0 and not self._options.grey and image.max() < DARK_LEVEL:
                 raise DataError(f"{self._options.path}: frame 0 is black (cut off what precedes the first image)")
             if number == 0 and not self._options.grey and _is_grey(image):
                 raise DataError(

@@ -146,13 +146,17 @@ def test_a_reset_frees_the_gel_and_the_scene_runs_again_alike():
     assert run() == pytest.approx(first, rel=1e-3)
 
 
-def test_an_episode_repeats_exactly_after_a_reset():
-    scene = pipe_scene(pipe())
+@pytest.mark.parametrize(("name", "fidelity"), [("pvc-pipe", "winkler"), ("ball", "auto"), ("duster", "auto")])
+def test_an_episode_repeats_exactly_after_a_reset(name, fidelity):
+    scene = pipe_scene(pipe(object=name, fidelity=fidelity))
 
     def episode():
         begun = scene.fingertips[0].tip.image()
-        scene.data.actuator("squeeze").ctrl = 6.0
-        scene.step(300)
+        # It is gripped, lifted, and slips as the grip weakens.
+        for lift_m, grip_n in ((0.0, 2.0), (0.004, 2.0), (0.004, 0.2)):
+            scene.data.actuator("squeeze").ctrl = grip_n
+            scene.data.actuator("lift").ctrl = lift_m
+            scene.step(60)
         return begun, scene.fingertips[0].tip.image(), scene.data.qpos.copy()
 
     first = episode()
@@ -162,11 +166,36 @@ def test_an_episode_repeats_exactly_after_a_reset():
         assert (one == other).all()
 
 
-def test_a_scene_that_diverges_is_an_error():
-    scene = lifted()
+@pytest.mark.parametrize("make", [lifted, lambda: pipe_scene(pipe())])
+def test_a_scene_that_diverges_is_an_error_and_begins_again(make):
+    scene = make()
     scene.data.qvel[-1] = np.nan
-    with pytest.raises(DataError, match=r"MuJoCo reset the scene at 1\.5.* take a shorter step"):
+    with pytest.raises(DataError, match=r"MuJoCo reset the scene at .* take a shorter step"):
         scene.step(5)
+    assert not scene.applied.any()
+    scene.reset()
+    scene.step(5)
+
+
+def test_a_callback_that_raises_leaves_no_wrench_behind():
+    scene = lifted()
+
+    def control(model, data):
+        raise RuntimeError("boom")
+
+    mujoco.set_mjcb_control(control)
+    try:
+        with pytest.raises(RuntimeError, match="boom"):
+            scene.step()
+    finally:
+        mujoco.set_mjcb_control(None)
+    assert not scene.data.xfrc_applied.any()
+
+
+def test_masses_that_are_welded_to_a_pad_count_for_the_step():
+    whole, parts = (scene_of(text, "feel") for text in (pipe_mjcf(pipe()), nested(pipe_mjcf(pipe()))))
+    steps = [scene.fingertips[0].stable_step_s() for scene in (whole, parts)]
+    assert steps[1] == pytest.approx(steps[0])
 
 
 def test_a_step_that_is_too_long_is_named():

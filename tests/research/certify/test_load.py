@@ -9,7 +9,7 @@ import pytest
 from lsds_research.certify.load import Loads
 from lsds_research.certify.sequential import sequential
 from lsds_research.search.objects import OBJECTS, completed
-from lsds_research.search.space import Axis
+from lsds_research.search.space import Axis, point_to_scenario
 
 from tests.research.certify.test_sequential import answered, budget
 
@@ -32,11 +32,12 @@ def test_an_object_that_cannot_be_built_has_no_load():
     assert Loads([mass], dict)([np.array([0.5])]).tolist() == [[0.5, 0.0, 0.0]]
 
 
-def test_a_forest_with_them_ranks_overloaded_lifts_better():
+def test_a_forest_with_them_ranks_lifts_that_are_too_heavy_for_their_friction_better():
     loads = Loads(OBJECTS, completed)
 
     def margin(point):
-        return 1.0 - loads([point])[0, -1]
+        keys = completed(point_to_scenario(OBJECTS, point))
+        return 1.5 - keys["cell.simulated.mass_kg"] / keys["cell.simulated.static_friction"]
 
     aucs = [
         answered(sequential(len(OBJECTS), budget(96), 4, **given), margin)[0].auc for given in ({}, {"describe": loads})
