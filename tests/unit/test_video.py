@@ -370,6 +370,8 @@ def test_speeds_and_distances_do_not_depend_on_the_size_of_the_video(clip, tmp_p
     images = [cv2.resize(image, None, fx=times, fy=times, interpolation=cv2.INTER_AREA) for image in moving()]
     other = track(write_video(tmp_path / "resized.avi", images))
     assert own.metres_per_px == pytest.approx(62.5e-6)
+    assert own.notes == []
+    assert "is assumed" in other.notes[0]
     largest = [result.summary()["largest_displacement_px"] for result in (own, other)]
     assert largest[1] == pytest.approx(largest[0], abs=0.1)
     for one, two in zip(own.displacement_m, other.displacement_m, strict=True):
