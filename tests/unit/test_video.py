@@ -400,7 +400,7 @@ def test_a_video_that_is_turned_by_a_quarter_is_doubted(tmp_path):
     image = lit.read().image
     upright, turned = ([np.ascontiguousarray(np.rot90(image, quarters))] * 6 for quarters in (0, 1))
     assert track(write_video(tmp_path / "upright.avi", upright)).notes == []
-    assert "turn them back" in track(write_video(tmp_path / "turned.avi", turned)).notes[0]
+    assert "turn them back" in track(write_video(tmp_path / "turned.avi", turned)).notes[-1]
 
 
 def test_dim_first_frames_are_no_reference_and_a_single_one_is_retaken_in_the_light(tmp_path):
