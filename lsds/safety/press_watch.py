@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from lsds.contracts import GripEstimate
 
 WINDOW_S = 2.0
-"""Time over which closings are added up, s; chosen."""
+"""Time after which a series of closings no longer counts, s; chosen."""
+MOST_FRAMES = 500
+"""Greatest number of frames of closings that are kept: an aperture that never rests is one endless series; chosen."""
 RESPONSE_S = 0.12
 """Minimum time in which the normal force may follow the fingers, s: three frames at 25 images a second."""
 RESPONSE_FRAMES = 2
@@ -66,7 +68,7 @@ class PressWatch:
 
     def reset(self) -> None:
         """Forget the object."""
-        self._seen: deque[_Seen] = deque()
+        self._seen: deque[_Seen] = deque(maxlen=MOST_FRAMES)
         self._squeeze_m = self._ln_normal = math.nan
         self._changed: tuple[int, int] | None = None
         self._frame = 0
@@ -114,9 +116,20 @@ class PressWatch:
             self._noise += NEW_SHARE * (abs(grown - self._decay) - self._noise)
             self._decay = min(self._decay + NEW_SHARE * (grown - self._decay), 0.0)
         self._follows = follows
-        while self._seen and self._seen[0].t_ns < t_ns - nanoseconds(WINDOW_S):
-            self._seen.popleft()
+        self._forget_before(t_ns - nanoseconds(WINDOW_S))
         self._require_response(t_ns)
+
+    def _forget_before(self, t_ns: int) -> None:
+        """Drop the series of closings that ended before a time.
+
+        Never a part of one: the force may grow a frame before the reported squeeze, and both would be torn apart.
+        """
+        begins = [number for number, seen in enumerate(self._seen) if number and seen.begins]
+        for end in reversed([*begins, len(self._seen)]):
+            if end and self._seen[end - 1].t_ns < t_ns:
+                for _ in range(end):
+                    self._seen.popleft()
+                return
 
     def _may_follow(self, changed_ns: int, frame: int, now_ns: int) -> bool:
         """Return whether the force may still follow a change of the squeeze."""

@@ -31,6 +31,34 @@ def test_a_closing_that_the_gel_does_not_show_stops_the_cell():
         feed(PressWatch(POWER), CLOSING, [2.0] * len(CLOSING))
 
 
+LAGGING = [
+    *((1.444, 4.576), (1.860, 7.065), (1.889, 7.117), (2.333, 7.230), (2.333, 7.627), (3.0, 7.763), (3.0, 8.797)),
+    *((3.0, 7.998), (3.0, 8.385), (3.0, 8.123), (3.0, 7.781), (3.0, 8.124), (3.0, 8.771), (3.0, 8.164), (3.0, 9.833)),
+    *((2.8, 8.787), (2.778, 8.551), (2.778, 8.155), (2.778, 8.007), (2.778, 7.818), (2.778, 8.481), (2.778, 8.322)),
+    *[(2.556, normal_n) for normal_n in (7.593, 7.572, 7.472, 7.330, 7.876, 7.489, 8.107, 7.323, 8.384, 8.340)],
+]
+"""Squeeze (mm) and normal force (N) of a simulated pipe: the force grows a frame before the reported squeeze."""
+
+
+def test_a_series_of_closings_is_forgotten_as_a_whole():
+    """What is left of it after its first frame would be a closing without a response."""
+    squeezes_mm, normals_n = zip(*LAGGING, *[LAGGING[-1]] * 40, strict=True)
+    feed(PressWatch(POWER), squeezes_mm, normals_n)
+
+
+def test_closings_that_are_long_over_do_not_count():
+    watch = PressWatch(POWER)
+    feed(watch, [1.5, *[1.7] * 80, *[1.9] * 80, *[2.1] * 80], [2.0] * 241)
+    assert len(watch._seen) < 20
+
+
+def test_an_aperture_that_never_rests_is_not_kept_for_ever():
+    watch = PressWatch(POWER)
+    squeezes_mm = [2.0 + 0.2 * (at % 2) for at in range(2000)]
+    feed(watch, squeezes_mm, [squeeze_mm**POWER for squeeze_mm in squeezes_mm])
+    assert len(watch._seen) <= 500
+
+
 @given(share=st.floats(LEAST_SHARE + 0.05, 2), scale=st.floats(0.2, 20))
 def test_a_force_that_follows_does_not(share, scale):
     feed(PressWatch(POWER), CLOSING, [scale * squeeze ** (share * POWER) for squeeze in CLOSING])
