@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 WINDOW_S = 2.0
 """Time after which a series of closings no longer counts, s; chosen."""
-MOST_FRAMES = 500
+MOST_KEPT = 500
 """Greatest number of frames of closings that are kept: an aperture that never rests is one endless series; chosen."""
 RESPONSE_S = 0.12
 """Minimum time in which the normal force may follow the fingers, s: three frames at 25 images a second."""
@@ -68,7 +68,7 @@ class PressWatch:
 
     def reset(self) -> None:
         """Forget the object."""
-        self._seen: deque[_Seen] = deque(maxlen=MOST_FRAMES)
+        self._seen: deque[_Seen] = deque(maxlen=MOST_KEPT)
         self._squeeze_m = self._ln_normal = math.nan
         self._changed: tuple[int, int] | None = None
         self._frame = 0

@@ -41,7 +41,7 @@ LAGGING = [
 
 
 def test_a_series_of_closings_is_forgotten_as_a_whole():
-    """What is left of it after its first frame would be a closing without a response."""
+    """The rest of it, without its first frame, would be a closing without a response."""
     squeezes_mm, normals_n = zip(*LAGGING, *[LAGGING[-1]] * 40, strict=True)
     feed(PressWatch(POWER), squeezes_mm, normals_n)
 
