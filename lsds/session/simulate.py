@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -71,8 +70,10 @@ def simulate(
 
 
 def _require_sendable(figures: Callable[[Session], Any]) -> None:
+    from multiprocessing.reduction import ForkingPickler
+
     try:
-        pickle.dumps(figures)
+        ForkingPickler.dumps(figures)
     except Exception as error:
         problem = f"figures = {figures!r} cannot be sent to other processes ({error})"
         raise DataError(f"{problem}; give a function of a module, or jobs = 1") from error

@@ -130,7 +130,7 @@ class MujocoScene:
         import mujoco
 
         self._mujoco: Any = mujoco
-        warnings = mujoco.mjtWarning
+        warnings = self._mujoco.mjtWarning
         self._diverged = [int(getattr(warnings, f"mjWARN_BAD{of}")) for of in ("QPOS", "QVEL", "QACC")]
         self.model, self.data = model, data
         self.fingertips = tuple(fingertips)

@@ -10,8 +10,7 @@ from lsds_research.certify.load import Loads
 from lsds_research.certify.sequential import sequential
 from lsds_research.search.objects import OBJECTS, completed
 from lsds_research.search.space import Axis, point_to_scenario
-
-from tests.research.certify.test_sequential import answered, budget
+from research.certify.answering import answered, budget
 
 pytest.importorskip("sklearn", reason="scikit-learn is not installed: pip install '.[search]'")
 

@@ -5,21 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from lsds_research.certify.sequential import RUNS_PER_BATCH, Estimate, _estimate, _Stage, plain, sequential
+from research.certify.answering import answered, budget
 
 pytest.importorskip("sklearn", reason="scikit-learn is not installed: pip install '.[search]'")
 DIMENSIONS = 12
-
-
-def answered(draw, margin):
-    """Run a generator of points with a function for their margins; return its estimate and all points."""
-    asked = []
-    try:
-        points = next(draw)
-        while True:
-            asked += points
-            points = draw.send([margin(point) for point in points])
-    except StopIteration as end:
-        return end.value, np.array(asked)
 
 
 def planted(seed, share):
@@ -35,10 +24,6 @@ def planted(seed, share):
     heights = height(rng.random((100_000, DIMENSIONS)))
     limit = np.quantile(heights, 1 - share)
     return (lambda point: float(limit - height(point))), float((heights > limit).mean())
-
-
-def budget(runs):
-    return lambda done: done / runs
 
 
 @pytest.mark.parametrize("draw", [plain, sequential])
