@@ -45,14 +45,13 @@ def divert(ctx: click.Context, parameter: click.Parameter, value: str | None) ->
     return value
 
 
-json_option: Decorator = click.option(
-    "--json",
-    "json_file",
-    metavar="FILE",
-    default=None,
-    callback=divert,
-    help="Write the result as JSON to FILE; '-' is stdout.",
-)
+JSON_OPTION: dict[str, Any] = {
+    "metavar": "FILE",
+    "callback": divert,
+    "help": "Write the result as JSON to FILE; '-' is stdout.",
+}
+"""Settings of every `--json FILE` option."""
+json_option: Decorator = click.option("--json", "json_file", **JSON_OPTION)
 """The `--json FILE` option; the command receives it as `json_file`, None if it was not given."""
 
 json_flag: Decorator = click.option(

@@ -47,7 +47,7 @@ def export(recordings: tuple[Path, ...], form: str, out: Path, task: str | None,
       lsds record export one.mcap two.mcap --to lerobot --out dataset \\
           --task "hold a glass"
     """
-    from lsds.session.recording.files import damage_of
+    from lsds.session.recording.files import contents
 
     if form != "lerobot":
         _refuse_the_options_of_lerobot(form, recordings, task, rate_hz)
@@ -69,7 +69,7 @@ def export(recordings: tuple[Path, ...], form: str, out: Path, task: str | None,
     click.echo(table([(name, str(number)) for name, number in written.items()], heads))
     click.echo(f"{out}: {sum(written.values())} {unit}")
     for recording in recordings:
-        if damage := damage_of(recording):
+        if damage := contents(recording)["damage"]:
             click.echo(f"warning: {recording} is {damage}: what follows is not in {out}", err=True)
 
 

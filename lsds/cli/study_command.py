@@ -10,7 +10,7 @@ import click
 from lsds.cli.complete import fields
 from lsds.cli.help_text import with_paragraph
 from lsds.cli.model_flags import flags, given, written_files, written_flags
-from lsds.cli.output import divert, require_writable
+from lsds.cli.output import JSON_OPTION, require_writable
 from lsds.cli.plugged import host_of
 from lsds.clock import NS_PER_S, perf_ns
 from lsds.config.overrides import apply_overrides
@@ -103,12 +103,7 @@ def _common(model: type[BaseModel] | None, picture: Path | None) -> list[click.P
         ),
         click.Option(["--no-plot"], is_flag=True, help="Draw nothing.", hidden=picture is None),
         click.Option(["--csv", "csv_file"], metavar="FILE", help="Write the table as CSV."),
-        click.Option(
-            ["--json", "json_file"],
-            metavar="FILE",
-            callback=divert,
-            help="Write the result as JSON to FILE; '-' is stdout.",
-        ),
+        click.Option(["--json", "json_file"], **JSON_OPTION),
         click.Option(
             ["--report"],
             type=click.Path(dir_okay=False, path_type=Path),

@@ -41,39 +41,24 @@ def read_toml(path: Path) -> dict[str, Any]:
 def line_of(text: str, path: str) -> int | None:
     """Return the number of the line on which the key of a dotted path begins in valid TOML, or None.
 
-    The first lines of a file are valid TOML by themselves unless a value goes on. The key is in the shortest of these
-    beginnings that has it, which is found by bisection.
+    It is a line that names a part of the path, before which the text is valid TOML without the key, and after which the
+    next beginning of the text that is valid TOML has it.
     """
-    lines = text.split("\n")
+    lines, names = text.split("\n"), path.split(".")
 
-    def beginning(count: int) -> tuple[int, bool]:
-        """Return the first count from this on that is valid TOML, and whether it has the key."""
-        while True:
-            try:
-                return count, value_at(tomllib.loads("\n".join(lines[:count]) + "\n"), path) is not None
-            except tomllib.TOMLDecodeError:
-                count += 1
+    def has(count: int) -> bool | None:
+        """Return whether the first lines have the key, None if they are no valid TOML: a value goes on."""
+        try:
+            return value_at(tomllib.loads("\n".join(lines[:count]) + "\n"), path) is not None
+        except tomllib.TOMLDecodeError:
+            return None
 
-    if not beginning(len(lines))[1]:
-        return None
-    without, having = 0, len(lines)
-    while True:
-        valid, has = beginning((without + having) // 2)
-        if has and valid < having:
-            having = valid
-        elif not has:
-            without = valid
-        else:  # From the middle to the end, no beginning is valid TOML.
-            break
-        if having - without <= 1:
-            break
-    # A value of several lines begins after the last beginning without it.
-    for count in range(having - 1, without, -1):
-        valid, has = beginning(count)
-        if valid == count and not has:
-            without = count
-            break
-    return without + 1
+    for number, line in enumerate(lines):
+        if any(name in line for name in names) and has(number) is False:
+            later = (has(count) for count in range(number + 1, len(lines) + 1))
+            if next((found for found in later if found is not None), False):
+                return number + 1
+    return None
 
 
 def value_at(data: Mapping[str, Any], path: str) -> Any:

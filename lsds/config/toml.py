@@ -10,6 +10,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
@@ -31,7 +32,11 @@ def key_text(key: str) -> str:
 
 
 def value_text(value: Any) -> str:
-    """Return a value as TOML. Raises TypeError for what TOML cannot hold."""
+    """Return a value as TOML, a path as text. Raises TypeError for what TOML cannot hold."""
+    if isinstance(value, Path):
+        value = str(value)
+    elif hasattr(value, "dtype") and hasattr(value, "item"):
+        value = value.item()  # NumPy's numbers are not Python's, or print otherwise.
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, int):

@@ -20,7 +20,7 @@ from lsds.clock import NS_PER_S, nanoseconds, perf_ns
 from lsds.contracts import OBSERVER, Cycle, Grip, GripEstimate, GripTask, Job, Setting, Situation, Twist, Wanted
 from lsds.contracts.events import ArmRead, Corrected, FramesRead, GripperRead, JobStepped, PosesRead
 from lsds.contracts.stages import SLIP, START
-from lsds.errors import CallHangs, ConfigError, ConfigIssue, LsdsError, PluginError, SafetyStop, raised_by
+from lsds.errors import CallHangs, ConfigError, ConfigIssue, LsdsError, PluginError, SafetyStop
 from lsds.grip.observer import GripObserver
 from lsds.runtime.actuation import Actuation
 from lsds.runtime.background import Background
@@ -45,7 +45,6 @@ if TYPE_CHECKING:
     from lsds.contracts import FingerCycle, Frame
     from lsds.contracts.events import Published
     from lsds.runtime.rig import Rig
-    from lsds.safety.device_calls import Call
 
 B = TypeVar("B")
 
@@ -331,7 +330,7 @@ class Engine:
     def _correct(self, grip: GripEstimate, now_ns: int) -> float | None:
         """Ask the controller for an aperture and send it; return what was sent, None for nothing."""
         wanted = replace(self._asked, probes=self._wanted.probes, slide=self._wanted.slide)
-        aperture = self._make(self._update, self._rig.controller.update, grip, wanted)
+        aperture = self._calls.named(self._update, self._rig.controller.update, grip, wanted)
         aperture = validated_aperture(self._controller_name, aperture)
         self.held_back_frames += bool(getattr(self._rig.controller, "held_back", False))
         if aperture is None:
@@ -415,7 +414,7 @@ class Engine:
             pose=self._states.pose,
             fingers=tuple(line.newest for line in self.lines if line.newest is not None),
         )
-        wanted = self._make(self._step, self._job.step, situation)
+        wanted = self._calls.named(self._step, self._job.step, situation)
         self._require_sound(wanted)
         before = self._wanted
         self._adopt(wanted, now_ns)
@@ -448,7 +447,7 @@ class Engine:
         """Forget the grip before: the controller's memory belongs to it."""
         self._grip.reset()
         self._press.reset()
-        self._make(self._update._replace(name="reset"), self._rig.controller.reset)
+        self._calls.named(self._update._replace(name="reset"), self._rig.controller.reset)
         self._controlled_ns = None
 
     def _require_sound(self, wanted: object) -> None:
@@ -473,15 +472,6 @@ class Engine:
                 problem = f"touch_std_m is {wanted.touch_std_m}, not a length of 0 or more"
         if problem:
             raise PluginError(f"{self._job_label}: stage '{wanted.stage}': {problem} (a mistake in that job)")
-
-    def _make(self, call: Call, function: Callable[..., B], *arguments: object) -> B:
-        """Call a backend; an exception that does not explain itself names the backend."""
-        try:
-            return self._calls.make(call, function, *arguments)
-        except LsdsError:
-            raise
-        except Exception as error:
-            raise raised_by(call.who, error) from error
 
     def _advance(self) -> bool:
         """Run until there is a cycle to yield, or to the end; return whether there is more."""
@@ -543,7 +533,7 @@ class Engine:
             )
             for line in self.lines:
                 line.reset()
-            self._make(self._step._replace(name="begin"), self._job.begin, setting)
+            self._calls.named(self._step._replace(name="begin"), self._job.begin, setting)
             with quiet_process():
                 if self._recorded:
                     self._frames = all_frames(self.lines, self._clock.now())

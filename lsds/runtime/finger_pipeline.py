@@ -172,13 +172,7 @@ class FingerLine:
         """Clear the past frames of detector and estimator. Raises PluginError that names one that raises."""
         parts: tuple[Any, ...] = self.finger.detector, self.finger.estimator
         for call, part in zip(self._updates[1:], parts, strict=True):
-            own = call._replace(name="reset")
-            try:
-                self._calls.make(own, part.reset)
-            except LsdsError:
-                raise
-            except Exception as error:
-                raise raised_by(own.who, error, "reset()") from error
+            self._calls.named(call._replace(name="reset"), part.reset, where="reset()")
 
     def _retake(self, frame: Frame) -> bool:
         """Take a frame as the reference, whatever touches it; return whether it shows a grid of dots."""

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 from weakref import finalize
 
 from lsds.clock import WallClock, seconds
-from lsds.errors import CallHangs, PluginError
+from lsds.errors import CallHangs, LsdsError, PluginError, raised_by
 
 T = TypeVar("T")
 
@@ -68,6 +68,15 @@ class Calls:
         finally:
             self.at = before
             self.count += 1
+
+    def named(self, call: Call, function: Callable[..., T], *arguments: object, where: str = "") -> T:
+        """Make a call of a backend. Raises PluginError, naming it, for an exception that does not explain itself."""
+        try:
+            return self.make(call, function, *arguments)
+        except LsdsError:
+            raise
+        except Exception as error:
+            raise raised_by(call.who, error, where) from error
 
     def expect(self, kind: type[T], call: Call, function: Callable[..., T], *arguments: object) -> T:
         """Make a call. Raises PluginError for an answer that is not of this type."""

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 WINDOW_S = 2.0
 """Time after which a series of closings no longer counts, s; chosen."""
 MOST_KEPT = 500
-"""Greatest number of frames of closings that are kept: an aperture that never rests is one endless series; chosen."""
+"""Greatest number of frames of a series of closings: an aperture that never rests is one without an end; chosen."""
 RESPONSE_S = 0.12
 """Minimum time in which the normal force may follow the fingers, s: three frames at 25 images a second."""
 RESPONSE_FRAMES = 2
@@ -53,7 +53,6 @@ class _Seen(NamedTuple):
     expected: float
     shown: float
     closed_m: float
-    begins: bool
 
 
 class PressWatch:
@@ -68,7 +67,8 @@ class PressWatch:
 
     def reset(self) -> None:
         """Forget the object."""
-        self._seen: deque[_Seen] = deque(maxlen=MOST_KEPT)
+        #: Frames of each series of closings, in which the force follows the fingers without a pause.
+        self._series: deque[deque[_Seen]] = deque()
         self._squeeze_m = self._ln_normal = math.nan
         self._changed: tuple[int, int] | None = None
         self._frame = 0
@@ -111,25 +111,17 @@ class PressWatch:
             # If an object falls fast, the estimate of the force drops abruptly; such a drop is limited to the noise.
             shown = max(grown - self._decay, -NOISE_STDS * self._noise)
             moved_m = self._squeeze_m - before_m
-            self._seen.append(_Seen(t_ns, self._frame, self._power * closed, shown, moved_m, not self._follows))
+            if not (self._follows and self._series):
+                self._series.append(deque(maxlen=MOST_KEPT))
+            self._series[-1].append(_Seen(t_ns, self._frame, self._power * closed, shown, moved_m))
         else:
             self._noise += NEW_SHARE * (abs(grown - self._decay) - self._noise)
             self._decay = min(self._decay + NEW_SHARE * (grown - self._decay), 0.0)
         self._follows = follows
-        self._forget_before(t_ns - nanoseconds(WINDOW_S))
+        # Never a part of a series: the force may grow a frame before the reported squeeze, which would tear them apart.
+        while self._series and self._series[0][-1].t_ns < t_ns - nanoseconds(WINDOW_S):
+            self._series.popleft()
         self._require_response(t_ns)
-
-    def _forget_before(self, t_ns: int) -> None:
-        """Drop the series of closings that ended before a time.
-
-        Never a part of one: the force may grow a frame before the reported squeeze, and both would be torn apart.
-        """
-        begins = [number for number, seen in enumerate(self._seen) if number and seen.begins]
-        for end in reversed([*begins, len(self._seen)]):
-            if end and self._seen[end - 1].t_ns < t_ns:
-                for _ in range(end):
-                    self._seen.popleft()
-                return
 
     def _may_follow(self, changed_ns: int, frame: int, now_ns: int) -> bool:
         """Return whether the force may still follow a change of the squeeze."""
@@ -137,14 +129,14 @@ class PressWatch:
 
     def _require_response(self, now_ns: int) -> None:
         """Raise SafetyStop if the force has not followed the closings that it should have followed by now."""
-        due = [seen for seen in self._seen if not self._may_follow(seen.t_ns, seen.frame, now_ns)]
+        kept = [seen for series in self._series for seen in series]
+        due = [seen for seen in kept if not self._may_follow(seen.t_ns, seen.frame, now_ns)]
         expected = sum(seen.expected for seen in due)
         if expected <= EXPECTED:
             return
-        shown = sum(seen.shown for seen in self._seen)
+        shown = sum(seen.shown for seen in kept)
         # The changes of successive frames add up to the difference of two, so each series has the noise of one change.
-        series = max(sum(seen.begins for seen in self._seen), 1)
-        if shown + NOISE_STDS * self._noise * math.sqrt(series) < LEAST_SHARE * expected:
+        if shown + NOISE_STDS * self._noise * math.sqrt(len(self._series)) < LEAST_SHARE * expected:
             closed_mm = 1e3 * sum(seen.closed_m for seen in due)
             raise SafetyStop(
                 f"gripper: it reports that its fingers closed by {closed_mm:.2f} mm, but the normal force on the gel "

@@ -45,7 +45,7 @@ def _texts(overrides: str | Sequence[str] | Mapping[str, Any]) -> list[str]:
         return [overrides]
     if isinstance(overrides, Mapping):
         try:
-            return override_texts({key: _plain(value) for key, value in overrides.items()})
+            return override_texts(overrides)
         except TypeError as error:
             raise ConfigError(
                 "overrides", [ConfigIssue("overrides", str(error), "give numbers, texts or lists")]
@@ -56,13 +56,6 @@ def _texts(overrides: str | Sequence[str] | Mapping[str, Any]) -> list[str]:
             return texts
     remedy = 'give texts such as "task.lift_s=1", or a mapping of config keys'
     raise ConfigError("overrides", [ConfigIssue("overrides", f"{overrides!r} is not usable", remedy)])
-
-
-def _plain(value: Any) -> Any:
-    """Return a path as text, and a number of NumPy as Python's."""
-    if isinstance(value, Path):
-        return str(value)
-    return value.item() if hasattr(value, "item") and hasattr(value, "dtype") else value
 
 
 @contextmanager

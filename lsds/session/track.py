@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from lsds.contracts import Cycle, Frame, MarkerReference, MarkerTracks, SensorSpec
+    from lsds.contracts import Cycle, Frame, MarkerReference, MarkerTracks
     from lsds.runtime.finger_pipeline import FingerLine
 
 
@@ -202,7 +202,8 @@ def track_recording(
             engine = Engine(rig)
             line = engine.lines[0]
             claimed = getattr(rig.sensor, "frame_count", 0)
-            result.notes += _assumed_scale(config, line.finger.sensor.spec)
+            if config.tactile.mm_per_px is None:
+                result.notes += getattr(rig.sensor, "notes", ())
         recorder = recorder_of(rig, record)
         if recorder is not None:
             engine.events.add("recording", recorder.observe, recorder.close)
@@ -228,20 +229,6 @@ def track_recording(
         result.error = naming(result.source, error)
         result.cause = error.__cause__
     return result
-
-
-def _assumed_scale(config: RigConfig, spec: SensorSpec) -> list[str]:
-    """Return a note if a video's scale was not given and its size is not that of the GelSight Mini's images."""
-    section = config.section("sensor")
-    given = section.options().get("mm_per_px") or config.tactile.mm_per_px
-    if given or section.backend.rpartition(":")[2] != "video" or (spec.width_px, spec.height_px) == MINI_PX:
-        return []
-    size = f"{spec.width_px} x {spec.height_px} px"
-    return [f"the scale of {size} is assumed, {1e3 * spec.metres_per_px:.3g} mm per px (set sensor.video.mm_per_px)"]
-
-
-MINI_PX = (320, 240)
-"""Size of the images of a GelSight Mini, for which the default scale holds, px."""
 
 
 def _no_reference(result: TrackResult, wanted: int) -> str:

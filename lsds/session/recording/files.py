@@ -51,17 +51,6 @@ def contents(path: Path) -> dict[str, Any]:
     }
 
 
-def damage_of(path: Path) -> str:
-    """Return where a recording is damaged or cut off, "" for a whole one. It reads the whole file.
-
-    Raises DataError for a file that is no recording.
-    """
-    recording = Recording(path)
-    for _ in recording.messages():
-        pass
-    return recording.damage
-
-
 def cut(path: Path, out: Path, start_s: float = 0.0, end_s: float | None = None) -> int:
     """Copy the messages between two times (s since the start) to a new file; return their number.
 

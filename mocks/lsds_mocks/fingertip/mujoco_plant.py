@@ -18,7 +18,7 @@ from lsds.errors import ConfigError, ConfigIssue, DataError
 from lsds.support.extras import require
 from lsds_mocks.cell.build import build_friction, cell_of, plant_streams
 from lsds_mocks.fingertip.fingertip import SimulatedFingertip
-from lsds_mocks.fingertip.mujoco_scene import MujocoFingertip, MujocoScene, has_frame, mass_of
+from lsds_mocks.fingertip.mujoco_scene import MujocoFingertip, MujocoScene, frame_kind, mass_of
 from lsds_mocks.fingertip.pipe import PAD_KG, STEPS_S, pipe_mjcf
 from lsds_mocks.plant.physics import FINGERS, Physics
 from lsds_mocks.plant.vibration import Vibration
@@ -170,7 +170,7 @@ def _model(options: MujocoCellOptions, tip: SimulatedFingertip) -> tuple[Any, An
 def _require_frame(model: Any, options: MujocoCellOptions, key: str) -> None:
     """Raise DataError if the frame of an option is missing."""
     name = getattr(options, key)
-    if not has_frame(model, name):
+    if frame_kind(model, name) is None:
         raise DataError(f"{key} = {name!r}: no site and no body {name!r} in the model")
 
 

@@ -157,8 +157,11 @@ class MujocoScene:
             finally:
                 data.xfrc_applied[:] = own
             self._time_s = float(data.time)
-            # A reset takes away the time before, or at the beginning shows as a number of warnings only.
-            if self._time_s < before_s + 0.5 * step_s or any(data.warning[kind].number for kind in self._diverged):
+            reset = self._time_s < before_s + 0.5 * step_s
+            if before_s < step_s:
+                # At the beginning there is no time to take away: only warnings show a reset.
+                reset |= any(data.warning[kind].number for kind in self._diverged)
+            if reset:
                 self.forget()
                 raise DataError(
                     f"MuJoCo scene: MuJoCo reset the scene at {before_s:.4g} s because its simulation diverged; take a "
@@ -216,7 +219,7 @@ def mass_of(model: Any, body: int) -> float:
 
 def _frame(model: Any, data: Any, name: str) -> tuple[int, Callable[[], Pose]]:
     """Return the number of the body that carries a frame, and a function that returns the frame's pose now."""
-    kind = next((kind for kind in ("site", "body") if _has(getattr(model, kind), name)), None)
+    kind = frame_kind(model, name)
     if kind is None:
         raise DataError(f"MuJoCo scene: no site and no body {name!r} in the model; name the frame of pad or object")
     number = int(getattr(model, kind)(name).id)
@@ -226,9 +229,9 @@ def _frame(model: Any, data: Any, name: str) -> tuple[int, Callable[[], Pose]]:
     return body, lambda: Pose(place[number].copy(), turn[number].reshape(3, 3).copy())
 
 
-def has_frame(model: Any, name: str) -> bool:
-    """Return whether a model has a site or a body of a name."""
-    return any(_has(getattr(model, kind), name) for kind in ("site", "body"))
+def frame_kind(model: Any, name: str) -> str | None:
+    """Return whether a name is that of a "site" or else of a "body" of a model, None for neither."""
+    return next((kind for kind in ("site", "body") if _has(getattr(model, kind), name)), None)
 
 
 def _has(find: Callable[[str], Any], name: str) -> bool:

@@ -21,6 +21,8 @@ from lsds_plugins.replay.times import FrameTimes, Timestamps, read_times
 _Count = Annotated[int, Field(strict=True, ge=1, le=10_000)]
 
 
+MINI_PX = (320, 240)
+"""Size of a GelSight Mini's images, px."""
 LONGER_SIDE_M = 20e-3
 """Length on the longer side of a GelSight Mini's image, m: 320 px of 62.5 um; published values are 18.6 to 22.7 mm."""
 
@@ -81,6 +83,17 @@ class VideoSensor(PlayedSensor):
             metres_per_px = self._options.mm_per_px * 1e-3 or LONGER_SIDE_M / max(width, height)
             self._spec = SensorSpec(width, height, rate, metres_per_px, self._options.pad)
         return self._spec
+
+    @property
+    def notes(self) -> list[str]:
+        """Doubts about the recording: its scale is assumed, and its size is not that of a GelSight Mini's images."""
+        spec = self.spec
+        if self._options.mm_per_px or (spec.width_px, spec.height_px) == MINI_PX:
+            return []
+        size = f"{spec.width_px} x {spec.height_px} px"
+        return [
+            f"the scale of {size} is assumed, {1e3 * spec.metres_per_px:.3g} mm per px (set sensor.video.mm_per_px)"
+        ]
 
     @property
     def frame_count(self) -> int:

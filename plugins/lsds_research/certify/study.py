@@ -19,7 +19,7 @@ from lsds.contracts.study import StudyResult
 from lsds.registry.host import PluginHost
 from lsds.session.verdict import Outcome
 from lsds_research.certify.duration import seconds_of
-from lsds_research.certify.load import Loads
+from lsds_research.certify.needed_force import NeededForce
 from lsds_research.certify.options import CertifyOptions
 from lsds_research.certify.plot import plot_certificate
 from lsds_research.certify.rig import simulated_rig
@@ -71,7 +71,7 @@ class CertifyStudy:
                 len(self._space),
                 partial(self._used, began_ns),
                 self._seed,
-                Loads(self._space, complete, settings),
+                NeededForce(self._space, complete, settings),
             ),
             _margin,
             lambda done, asked: tick(*self._progress(done, asked, began_ns)),

@@ -1,4 +1,4 @@
-"""Load of friction and gel in a lift, by the mocks' own laws: columns for a forest that predicts failures.
+"""The needed force of a lift by the mocks' own laws, as columns for a forest that predicts failures.
 
 A forest on some hundred lifts finds no product of mass, friction and curvature by itself. The necessary force and what
 the gel carries at its greatest valid indentation are such products.
@@ -29,7 +29,7 @@ SMOOTH = {"texture": "smooth", "texture_depth_mm": 0.0}
 """Options of a surface without relief, which takes longer to build than all else and does not change the load."""
 
 
-class Loads:
+class NeededForce:
     """Describes points of a space: the points (n, keys) and two columns, logarithms of the necessary normal force (N)
     and of its ratio to the force at the greatest valid indentation; both are 0 for an object that cannot be built.
     """
