@@ -234,7 +234,8 @@ def track_recording(
 def _no_reference(result: TrackResult, wanted: int) -> str:
     if result.failures:
         number, reason = result.failures[0]
-        return f"none of {result.frames} frames can be the reference; frame {number}: {reason}"
+        why = reason.removeprefix(f"frame {number}: ")
+        return f"none of {result.frames} frames can be the reference; frame {number}: {why}"
     remedy = "lower tactile.reference_frames" if wanted > 1 else "record one frame of the untouched gel"
     return f"{result.frames} frames, but the reference takes {wanted} equally bright in a row ({remedy})"
 
