@@ -79,7 +79,14 @@ def read_folder(
     work = partial(watch, detectors=tuple(detectors), estimators=tuple(estimators))
     for done, (path, result) in enumerate(spread(work, list(paths.values()), jobs), start=1):
         if isinstance(result, Outputs):
-            seen[result.name] = result
+            beyond = [own for own in labels[result.name] if own.first >= result.count]
+            if beyond:
+                failures[result.name] = (
+                    f"{path}: frames {beyond[0].first} to {beyond[0].last} are labelled, but it has {result.count} frames; "
+                    "the labels are of another recording, or frames are missing"
+                )
+            else:
+                seen[result.name] = result
         else:
             failures[name_of(path)] = f"{path}: {DIED}" if result is None else result
         if tick is not None:

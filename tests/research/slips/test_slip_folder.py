@@ -150,6 +150,16 @@ def test_a_recording_that_is_damaged_is_passed_over_and_none_at_all_is_an_error(
         read_folder(folder, {SLIDE: truth()[SLIDE]})
 
 
+def test_labels_beyond_the_end_are_of_another_recording(folder):
+    labels = truth() | {SLIDE: [*truth()[SLIDE], Interval(COUNT, COUNT + 5, State.SLIP)]}
+    found, failures = read_folder(folder, labels)
+    assert [own.outputs.name for own in found] == [STICK, TURN]
+    assert list(failures) == [SLIDE]
+    assert f"frames {COUNT} to {COUNT + 5} are labelled, but it has {COUNT} frames" in failures[SLIDE]
+    labels[SLIDE] = [*truth()[SLIDE][:-1], Interval(LAST + 1, COUNT + 5, State.STICK)]
+    assert len(read_folder(folder, labels)[0]) == 3, "the last interval may be open"
+
+
 def test_the_name_of_a_recording_may_have_dots_and_brackets(folder):
     (folder / SLIDE).rename(folder / "mug.v2 [1]")
     labels = {"mug.v2 [1]": truth()[SLIDE]}
