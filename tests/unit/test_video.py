@@ -90,6 +90,23 @@ def test_a_folder_and_a_pattern_of_images(tmp_path):
         assert np.array_equal(frames[2].image, moving(4)[2])
 
 
+@pytest.mark.parametrize(
+    ("names", "times"),
+    [
+        (["f08.png", "f10.png", "f12.png", "f18.png", "f20.png"], [0, 1, 2, 5, 6]),
+        (["f1.png", "f2.png", "f3.png", "f9.png", "g10.png"], [0, 1, 2, 3, 4]),
+        (["1600.png", "1640.png", "1683.png", "1721.png", "1900.png"], [0, 1, 2, 3, 4]),
+    ],
+    ids=["numbers", "other names", "times"],
+)
+def test_a_gap_in_the_numbers_of_images_is_a_gap_in_time(tmp_path, names, times):
+    for name, image in zip(names, moving(5), strict=True):
+        cv2.imwrite(str(tmp_path / name), cv2.cvtColor(image, cv2.COLOR_RGB2BGR))
+    video = sensor(tmp_path)
+    assert [frame.t_ns for frame in video.frames()] == [40_000_000 * time for time in times]
+    assert any("2 images are missing" in note for note in video.notes) == (times[-1] == 6)
+
+
 def test_times_from_a_list_and_from_the_file(clip, tmp_path):
     times = tmp_path / "times.txt"
     times.write_text("# seconds\n" + "\n".join(str(10 + 0.05 * i) for i in range(8)), encoding="utf-8")

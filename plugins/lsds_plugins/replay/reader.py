@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
+from statistics import mode
 from typing import NamedTuple, Protocol
 
 import cv2
@@ -19,19 +21,22 @@ IMAGE_ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
 
 
 class Picture(NamedTuple):
-    """An image as read: uint8 (height, width, 3) RGB, seconds by the file (NaN if it has no times), and whether it is a
-    key frame after frames in which the codec stored only changes."""
+    """An image as read: uint8 (height, width, 3) RGB, seconds by the file (NaN if it has no times), whether it is a
+    key frame after frames in which the codec stored only changes, and how many images are missing before it."""
 
     image: NDArray[np.uint8]
     time_s: float
     redrawn: bool = False
+    missing: int = 0
 
 
 class Reader(Protocol):
-    """A source of images in order. `count` is the number stated by the source, 0 if unknown."""
+    """A source of images in order. `count` is the number stated by the source, 0 if unknown, and `missing` the number
+    of images that it lacks in between."""
 
     count: int
     nominal_hz: float
+    missing: int
 
     def images(self) -> Iterator[Picture]:
         """Yield the images. Raises DataError that names the file and the frame."""
@@ -60,6 +65,8 @@ def open_reader(path: str) -> Reader:
 class RunReader:
     """The first finger of a recorded run; times are those of the exposures."""
 
+    missing = 0
+
     def __init__(self, file: Path) -> None:
         from lsds.session.recording.reader import Recording
 
@@ -78,7 +85,7 @@ class RunReader:
 
 
 class ImageReader:
-    """Images in the order of their names; there are no times in them."""
+    """Images in the order of their names; there are no times in them. A gap in their numbers is a gap in time."""
 
     nominal_hz = 0.0
 
@@ -88,7 +95,8 @@ class ImageReader:
                 f"{path}: no images there (looked for {', '.join(IMAGE_ENDINGS)}; a folder of videos takes --batch)"
             )
         self._files = sorted(files, key=_natural)
-        self.count = len(files)
+        self._gaps = _gaps(self._files)
+        self.count, self.missing = len(files), sum(self._gaps)
 
     def images(self) -> Iterator[Picture]:
         """Yield the images; a later one of another size is an error, as it cannot belong to the same recording."""
@@ -100,11 +108,13 @@ class ImageReader:
             if shape is not None and image.shape != shape:
                 raise DataError(f"{file}: frame {number} is {_size(image.shape)}, those before it are {_size(shape)}")
             shape = image.shape
-            yield Picture(_rgb(np.asarray(image, np.uint8)), math.nan)
+            yield Picture(_rgb(np.asarray(image, np.uint8)), math.nan, missing=self._gaps[number])
 
 
 class VideoReader:
     """Any video that OpenCV's FFmpeg reads."""
+
+    missing = 0
 
     def __init__(self, file: Path) -> None:
         self._file = file
@@ -160,6 +170,28 @@ def _natural(file: Path) -> list[tuple[int, int | str]]:
     """Sort key by which frame2 comes before frame10."""
     # Digits that are no decimals, such as a raised two, are letters here.
     return [(0, int(part)) if part.isdecimal() else (1, part) for part in re.split(r"(\d+)", file.name)]
+
+
+def _gaps(files: Sequence[Path]) -> list[int]:
+    """Return how many images are missing before each, by the one number in which the names differ.
+
+    Numbers that are no multiples of a step apart, as times are, show no gap.
+    """
+    names = [_natural(file) for file in files]
+    differ = {
+        at for name in names for at, (part, first) in enumerate(zip(name, names[0], strict=False)) if part != first
+    }
+    if len(differ) != 1 or len({len(name) for name in names}) > 1:
+        return [0] * len(files)
+    (at,) = differ
+    numbers = [name[at][1] for name in names]
+    apart = [
+        after - before for before, after in pairwise(numbers) if isinstance(before, int) and isinstance(after, int)
+    ]
+    if len(apart) != len(files) - 1 or min(apart) < 1:
+        return [0] * len(files)
+    step = mode(apart)
+    return [0, *(each // step - 1 if not any(one % step for one in apart) else 0 for each in apart)]
 
 
 def _rgb(image: NDArray[np.uint8]) -> NDArray[np.uint8]:

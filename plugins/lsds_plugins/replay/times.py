@@ -22,10 +22,13 @@ class FrameTimes:
         self._first: float | None = None
         self._last = -math.inf
 
-    def of(self, number: int, file_s: float) -> float:
-        """Return the time of frame `number`, whose stored time is `file_s`. Raises DataError."""
+    def of(self, number: int, file_s: float, missing: int = 0) -> float:
+        """Return the time of frame `number`, whose stored time is `file_s`. Raises DataError.
+
+        `missing` is the number of frames before it that the recording lacks; stored times know them.
+        """
         if self._kind == "nominal":
-            return number / self._rate_hz
+            return (number + missing) / self._rate_hz
         if self._listed is not None:
             if number >= len(self._listed):
                 raise DataError(f"{self._path}: frame {number} has no time, the list ends at {len(self._listed)}")

@@ -86,14 +86,19 @@ class VideoSensor(PlayedSensor):
 
     @property
     def notes(self) -> list[str]:
-        """Doubts about the recording: its scale is assumed, and its size is not that of a GelSight Mini's images."""
-        spec = self.spec
-        if self._options.mm_per_px or (spec.width_px, spec.height_px) == MINI_PX:
-            return []
-        size = f"{spec.width_px} x {spec.height_px} px"
-        return [
-            f"the scale of {size} is assumed, {1e3 * spec.metres_per_px:.3g} mm per px (set sensor.video.mm_per_px)"
-        ]
+        """Doubts about the recording: its scale is assumed, or images are missing."""
+        spec, notes = self.spec, []
+        if not self._options.mm_per_px and (spec.width_px, spec.height_px) != MINI_PX:
+            size = f"{spec.width_px} x {spec.height_px} px"
+            notes.append(
+                f"the scale of {size} is assumed, {1e3 * spec.metres_per_px:.3g} mm per px (set sensor.video.mm_per_px)"
+            )
+        if self._missing:
+            notes.append(
+                f"by the numbers in their names {self._missing} images are missing; their time is counted "
+                "(rename the files if it was none)"
+            )
+        return notes
 
     @property
     def frame_count(self) -> int:
@@ -106,18 +111,22 @@ class VideoSensor(PlayedSensor):
         reader = self._open()
         listed = read_times(options.times_file) if options.times_file else None
         times = FrameTimes(options.path, options.timestamps, self.spec.rate_hz, listed)
-        for number, (image, file_s, redrawn) in enumerate(self._images(reader)):
-            yield Frame(image, start_ns + nanoseconds(times.of(number, file_s)), number, redrawn)
+        missing = 0
+        for number, (image, file_s, redrawn, gap) in enumerate(self._images(reader)):
+            missing += gap
+            yield Frame(image, start_ns + nanoseconds(times.of(number, file_s, missing)), number, redrawn)
 
     def _open(self) -> Reader:
         if not self._options.path:
             raise DataError("video: no recording named (set sensor.video.path)")
         reader = open_reader(self._options.path)
         self._reader_rate = reader.nominal_hz if math.isfinite(reader.nominal_hz) else 0.0
+        self._missing = reader.missing if self._options.timestamps == "nominal" else 0
         return reader
 
     def _images(self, reader: Reader) -> Iterator[Picture]:
-        for number, (image, file_s, redrawn) in enumerate(reader.images()):
+        for number, picture in enumerate(reader.images()):
+            image = picture.image
             if number == 0 and not self._options.grey and image.max() < DARK_LEVEL:
                 raise DataError(f"{self._options.path}: frame 0 is black (cut off what precedes the first image)")
             if number == 0 and not self._options.grey and _is_grey(image):
@@ -127,7 +136,7 @@ class VideoSensor(PlayedSensor):
                 )
             if self._options.size is not None and image.shape[1::-1] != self._options.size:
                 image = np.asarray(cv2.resize(image, self._options.size, interpolation=cv2.INTER_AREA), np.uint8)
-            yield Picture(image, file_s, redrawn)
+            yield picture._replace(image=image)
 
 
 def _is_grey(image: NDArray[np.uint8]) -> bool:

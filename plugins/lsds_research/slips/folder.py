@@ -82,8 +82,8 @@ def read_folder(
             beyond = [own for own in labels[result.name] if own.first >= result.count]
             if beyond:
                 failures[result.name] = (
-                    f"{path}: frames {beyond[0].first} to {beyond[0].last} are labelled, but it has {result.count} frames; "
-                    "the labels are of another recording, or frames are missing"
+                    f"{path}: frames {beyond[0].first} to {beyond[0].last} are labelled, but it has {result.count} "
+                    "frames; the labels are of another recording, or frames are missing"
                 )
             else:
                 seen[result.name] = result
