@@ -53,9 +53,17 @@ def is_real(config: RigConfig) -> bool:
 
 
 def watched_recording(
-    source: str, phase: Phase, config: Path | None, overrides: Sequence[str], detectors: Mapping[str, Detector]
+    source: str,
+    phase: Phase,
+    config: Path | None,
+    overrides: Sequence[str],
+    detectors: Mapping[str, Detector],
+    say: Callable[[str], object],
 ) -> WatchedPhase:
-    """Watch a recording: a video, a folder of images, or a pattern. Raises DataError that names it."""
+    """Watch a recording: a video, a folder of images, or a pattern. Raises DataError that names it.
+
+    Of a recording that is cut off the frames before are used, which `say` is told.
+    """
     watched = WatchedPhase(source, phase)
     for detector in detectors.values():
         detector.reset()
@@ -64,7 +72,9 @@ def watched_recording(
         for cycle in engine:
             watched.take(cycle, detectors, engine.perception.metres_per_px)
     except LsdsError as error:
-        raise DataError(naming(source, error)) from error
+        if not (isinstance(error, DataError) and len(watched)):
+            raise DataError(naming(source, error)) from error
+        say(f"warning: {naming(source, error)}; the {len(watched)} frames before it are used")
     if not len(watched):
         raise DataError(f"{source}: no usable frame after the reference")
     return watched

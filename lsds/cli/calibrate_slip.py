@@ -173,11 +173,14 @@ def _recorded(
 ) -> list[WatchedPhase]:
     from lsds.calibration.sources import watched_recording
 
-    watched = []
+    watched: list[WatchedPhase] = []
+    said: list[str] = []
     with Progress("watching the recordings") as progress:
         for done, (phase, name) in enumerate(recordings):
             progress.to(done, len(recordings))
-            watched.append(watched_recording(name, phase, config, overrides, detectors))
+            watched.append(watched_recording(name, phase, config, overrides, detectors, said.append))
+    for line in said:
+        click.echo(line, err=True)
     return watched
 
 

@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 from lsds_plugins.replay.video import VideoOptions, VideoSensor
 
+from lsds.calibration.sources import watched_recording
 from lsds.cli.main import cli, main
 from lsds.clock import VirtualClock
 from lsds.config import load_config
@@ -185,6 +186,19 @@ def test_a_truncated_video_names_the_frame_and_keeps_the_earlier_ones(clip, tmp_
     assert "frame" in result.error
     assert result.reference is not None
     assert 0 < len(result.kept_fraction) < 7
+
+
+def test_a_calibration_uses_what_a_truncated_recording_shows_and_says_so(clip, tmp_path):
+    broken = tmp_path / "broken.avi"
+    broken.write_bytes(clip.read_bytes()[: len(clip.read_bytes()) * 6 // 10])
+    said = []
+    watched = watched_recording(str(broken), "load", None, (), {}, said.append)
+    assert 0 < len(watched) < 7
+    (line,) = said
+    assert re.search(rf"broken.avi.*cannot be decoded.*the {len(watched)} frames before it are used", line)
+    (tmp_path / "empty.avi").write_bytes(b"")
+    with pytest.raises(DataError, match="the file is empty"):
+        watched_recording(str(tmp_path / "empty.avi"), "load", None, (), {}, said.append)
 
 
 def test_missing_empty_and_foreign_files(tmp_path):
