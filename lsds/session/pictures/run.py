@@ -91,7 +91,7 @@ def plot_run(
         force.set_ylabel("contact area (fraction)")
     for axes in belief:
         _draw_belief(axes, samples, t)
-    (belief or [force])[0].set_xlabel("time (s)")
+    (belief or [force])[0].set_xlabel("time since the first frame, s")
 
     draw_frame(figure.add_subplot(grid[0, 2]), reference_frame, reference, None, "reference")
     for row, cycle, name in ((1, record.first, "start of the lift"), (2, record.worst, "worst slip")):
