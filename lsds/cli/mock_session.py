@@ -7,7 +7,7 @@ import json
 import signal
 import sys
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +33,10 @@ def serve(
 
     Raises ConfigError for options that are not allowed, ConnectFailed if an address is in use.
     """
-    built: WireMock = host.build("wire_mock", backend.qualified_name, options(given), BuildContext(WallClock(), seed))
+    model = host.options_model(backend)
+    texts = set() if model is None else {name for name, field in model.model_fields.items() if field.annotation is str}
+    table = options(given, texts)
+    built: WireMock = host.build("wire_mock", backend.qualified_name, table, BuildContext(WallClock(), seed))
     stop = threading.Event()
     with _stopping_on_signals(stop):
         try:
@@ -76,8 +79,11 @@ def serve_rig(path: Path, overrides: tuple[str, ...], *, as_json: bool) -> None:
             cell.close()
 
 
-def options(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options table for the flags that click parsed. Flags not given keep the model's defaults."""
+def options(given: Mapping[str, Any], texts: Collection[str] = ()) -> dict[str, Any]:
+    """Return the options table for the flags that click parsed; those of `texts` are text, whatever it looks like.
+
+    Flags not given keep the model's defaults.
+    """
     table: dict[str, Any] = {}
     for name, value in given.items():
         if value is None or value == ():
@@ -85,7 +91,7 @@ def options(given: Mapping[str, Any]) -> dict[str, Any]:
         if name == "faults":
             table[name] = [_fault(text) for text in value]
         else:
-            table[name] = parse_value(value) if isinstance(value, str) else value
+            table[name] = parse_value(value) if isinstance(value, str) and name not in texts else value
     return table
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 
@@ -82,9 +82,12 @@ def _keys_at(model: type[BaseModel], location: tuple[Any, ...]) -> list[str]:
     """Return the keys that a table allows, following nested models by their annotations."""
     current: type[BaseModel] = model
     for part in location:
+        if isinstance(part, int):
+            continue  # An index into a list of tables.
         field = current.model_fields.get(str(part))
-        nested = field.annotation if field is not None else None
-        if not (isinstance(nested, type) and issubclass(nested, BaseModel)):
+        kinds = () if field is None else (field.annotation, *get_args(field.annotation))
+        nested = next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)), None)
+        if nested is None:
             return []
         current = nested
     return sorted(current.model_fields)

@@ -38,6 +38,9 @@ def test_mocks_their_flags_and_their_choices_are_completed():
         (["ur5e", "--fault", "kind=drop,face=rtd"], "'drop' does not occur on a face 'rtd' (did you mean 'rtde'?)"),
         (["hand-e", "--fault", "drop"], "drop: is not KEY=VALUE (write kind=drop,probability=0.1)"),
         (["hand-e", "--stroke-mm", "wide"], "stroke_mm: should be a valid number"),
+        (["hand-e", "--fault", "kind=drop,probabilty=0.1"], "unknown key (did you mean 'probability'?)"),
+        (["hand-e", "--fault", "kind=gripper-fault"], "fault.code: is missing (value of the fault register, low"),
+        (["ur5e", "--version", "5.19"], "version: String should match pattern"),
         (["ur5e", "--host", "198.51.100.1"], "is not an address of the loopback interface"),
     ],
 )

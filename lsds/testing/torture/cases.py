@@ -14,7 +14,8 @@ MOCKS = {"gripper": "hand-e", "arm": "ur5e", "sensor": "gelsight-mini"}
 """The mock of each kind, unless another one is named."""
 KINDS = (
     *("drop", "delay", "corrupt", "crc", "truncate", "split", "duplicate", "freeze", "disconnect", "wrong-slave"),
-    *("busy", "in-use", "delayed-ack", "protective-stop", "gripper-fault", "black-frame", "torn-frame"),
+    *("busy", "in-use", "delayed-ack", "protective-stop", "emergency-stop", "gripper-fault"),
+    *("black-frame", "torn-frame"),
 )
 """Kinds of faults that `all` means, as far as a mock takes them."""
 SEVERITIES = (1, 2, 3, 4, 5)

@@ -25,7 +25,7 @@ CHECKED = ("pty", "tcp")
 LIES = ("freeze", "black-frame")
 """Faults in which a device sends a well-formed message with a wrong value, which no client can notice."""
 
-LATCHED = ("gripper-fault", "protective-stop")
+LATCHED = ("gripper-fault", "protective-stop", "emergency-stop")
 """Faults that outlast their cause until the client resets the device: until then it follows no command."""
 
 

@@ -34,6 +34,7 @@ FaultKind = Literal[
     "in-use",
     "delayed-ack",
     "protective-stop",
+    "emergency-stop",
     "gripper-fault",
     "black-frame",
     "torn-frame",

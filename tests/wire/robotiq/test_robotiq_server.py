@@ -204,6 +204,18 @@ def test_a_serial_port_is_held_by_who_asks_for_it_exclusively(tmp_path):
             assert answers(second)
 
 
+def test_a_client_at_another_baud_rate_is_not_understood(tmp_path):
+    link, request = str(tmp_path / "port"), bytes.fromhex("090407D00003B1CE")
+    with running(pty=link):
+        for baud, answered in ((9600, False), (115200, True), (57600, False), (115200, True)):
+            with serial.Serial(link, baud, timeout=0.3) as port:
+                port.write(request)
+                assert bool(port.read(11)) == answered, baud
+    with running(pty=link, baud=0), serial.Serial(link, 9600, timeout=0.5) as port:
+        port.write(request)
+        assert port.read(11)
+
+
 def test_busy_and_back(tmp_path):
     with running(pty=str(tmp_path / "gripper.tty")) as (mock, addresses):
         mock.inject({"kind": "busy", "for_s": 0.3})

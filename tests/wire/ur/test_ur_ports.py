@@ -206,7 +206,7 @@ def test_power_walks_from_off_to_running_and_programs_play_pause_and_stop(host):
 
 def test_manual_mode_takes_remote_control_away(host):
     with Dashboard(host) as d:
-        assert d.ask("set operational mode manual") == "Operational mode MANUAL is set"
+        assert d.ask("set operational mode manual") == "Operational mode 'MANUAL' is set"
         assert d.ask("is in remote control") == "false"
         assert d.ask("clear operational mode").startswith("No longer controlling the operational mode.")
         assert d.ask("get operational mode") == "NONE"

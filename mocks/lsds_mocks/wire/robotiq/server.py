@@ -78,7 +78,7 @@ class RobotiqMock:
         self._link = finger_link(options, self._clock)
         self._machine = RegisterMachine(options, self._link, self._clock.now(), clearing(options, self._link))
         reactor = self._reactor = Reactor(self._clock)
-        terminal = TerminalFace(MOCK, options.pty, reactor, partial(self._line, "pty"))
+        terminal = TerminalFace(MOCK, options.pty, reactor, partial(self._line, "pty"), options.baud)
         self._faces = [terminal]
         if options.tcp_port != OFF:
             address = (options.host, options.tcp_port)
@@ -253,7 +253,13 @@ class _Strings:
 def _require_known(fault: Mapping[str, Any]) -> None:
     """Raise ConfigError for a code that is not a fault of the gripper; the injector checks all else."""
     code = fault.get("code", 0)
-    if fault.get("kind") == "gripper-fault" and isinstance(code, int) and (code & 0x0F not in _CODES or code == 0):
-        known = ", ".join(str(code) for code in sorted(_CODES) if code)
-        issue = ConfigIssue("fault.code", f"{code} is no fault of this gripper", f"low four bits one of {known}")
-        raise ConfigError(MOCK, [issue])
+    if fault.get("kind") == "gripper-fault" and not code:
+        remedy = f"value of the fault register, low four bits one of {_known_codes()}"
+        raise ConfigError(MOCK, [ConfigIssue("fault.code", "is missing", remedy)])
+    if fault.get("kind") == "gripper-fault" and isinstance(code, int) and code & 0x0F not in _CODES:
+        remedy = f"low four bits one of {_known_codes()}"
+        raise ConfigError(MOCK, [ConfigIssue("fault.code", f"{code} is no fault of this gripper", remedy)])
+
+
+def _known_codes() -> str:
+    return ", ".join(f"{code} (0x{code:02X})" for code in sorted(_CODES) if code)

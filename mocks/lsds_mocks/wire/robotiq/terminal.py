@@ -8,6 +8,7 @@ import fcntl
 import hashlib
 import os
 import socket
+import termios
 import tty
 from collections.abc import Callable
 from pathlib import Path
@@ -20,10 +21,15 @@ if TYPE_CHECKING:
     from lsds_mocks.wire.robotiq.reactor import Reactor
 
 NAME = "pty"
+_SPEEDS = slice(4, 6)
+"""Input and output speed in the list of a terminal's settings."""
 
 
 class TerminalFace:
     """One pseudo-terminal. Both ends are raw; the mock holds the far end open, so that clients may come and go.
+
+    What a client sends at another baud rate than `baud` is noise to the gripper, so it is not received; 0: any rate.
+    A pseudo-terminal does not keep the parity that a client sets, so a wrong one is not noticed.
 
     Like a real port it can be opened by several programs, and a program that opens it exclusively (pyserial's
     `exclusive=True`) excludes others that also open it exclusively.
@@ -31,11 +37,14 @@ class TerminalFace:
 
     name = NAME
 
-    def __init__(self, mock: str, link: str, reactor: Reactor, make: Callable[[Callable[[bytes], None]], SerialLine]):
+    def __init__(
+        self, mock: str, link: str, reactor: Reactor, make: Callable[[Callable[[bytes], None]], SerialLine], baud: int
+    ):
         self._mock = mock
         self._link = Path(link) if link else None
         self._reactor = reactor
         self._make = make
+        self._speed = getattr(termios, f"B{baud}", None) if baud else None
         self._claim: socket.socket | None = None
         self._near = self._far = -1
         self._line: SerialLine | None = None
@@ -76,6 +85,10 @@ class TerminalFace:
             tty.setraw(self._far)
             tty.setraw(self._near)
             os.set_blocking(self._near, False)
+            if self._speed is not None:
+                settings = termios.tcgetattr(self._far)
+                settings[_SPEEDS] = [self._speed, self._speed]
+                termios.tcsetattr(self._far, termios.TCSANOW, settings)
             if self._link is not None:
                 self._link.unlink(missing_ok=True)
                 self._link.symlink_to(os.ttyname(self._far))
@@ -119,8 +132,12 @@ class TerminalFace:
             if error.errno in (errno.EAGAIN, errno.EIO):
                 return
             raise
-        if self._line is not None:
+        if self._line is not None and self._hears():
             self._line.receive(data)
+
+    def _hears(self) -> bool:
+        """Return whether the client sends at the gripper's baud rate."""
+        return self._speed is None or termios.tcgetattr(self._near)[_SPEEDS] == [self._speed, self._speed]
 
     def _send(self, data: bytes) -> None:
         # A client that does not read fills the terminal's buffer; further data is lost, as on a line.

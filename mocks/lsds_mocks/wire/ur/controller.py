@@ -20,6 +20,7 @@ from lsds_mocks.wire.ur.messages import (
     ErrorCode,
     KeyMessage,
     Message,
+    PopupMessage,
     RuntimeExceptionMessage,
     SafetyModeMessage,
     TextMessage,
@@ -107,7 +108,9 @@ class Controller:
         self.work = Work()
         self.operations = Operations(self.work)
         self.inverses = self.reads = 0
-        self.remote = True
+        self.remote = options.remote_control
+        self.handovers = 0
+        self.popup: PopupMessage | None = None
         self._pending: deque[Mapping[str, Any]] = deque()
         self._stopped_at_s = 0.0
         self._tcp: tuple[list[float], list[float], list[float]] = ([], [], [])
@@ -203,8 +206,27 @@ class Controller:
         program, self.program = self.program, None
         if program is not None:
             program.stop()
+            self.popup = None
             self.motion.drop_all()
             self.post_message(KeyMessage("PROGRAM_XXX_STOPPED", program.name))
+
+    def hand_over(self, *, remote: bool) -> None:
+        """Go to remote or local control, and count the changes: those who were connected before have to reconnect."""
+        self.handovers += remote != self.remote
+        self.remote = remote
+
+    def show_popup(self, popup: PopupMessage) -> None:
+        """Show a program's popup; a blocking one pauses the program."""
+        self.popup = popup
+        self.post_message(popup)
+        if popup.blocking:
+            self.pause_program()
+
+    def close_popup(self) -> None:
+        """Close the popup; the program that it blocks goes on."""
+        popup, self.popup = self.popup, None
+        if popup is not None and popup.blocking:
+            self.resume_program()
 
     def pause_program(self) -> bool:
         """Pause the program and the arm; return whether there is a program."""
@@ -217,6 +239,7 @@ class Controller:
         """Resume a paused program; return whether there was one."""
         if self.program is None or not self.program.paused:
             return False
+        self.popup = None
         self.program.resume()
         return True
 
@@ -231,6 +254,16 @@ class Controller:
         self.motion.freeze()
         self.stop_program()
         self._end_secondaries()
+
+    def press_emergency_stop(self, *, pressed: bool) -> None:
+        """Press or release the emergency stop: it cuts the power, and released it leaves the arm without."""
+        stopped = self.safety is SafetyMode.ROBOT_EMERGENCY_STOP
+        if pressed == stopped:
+            return
+        self.safety = SafetyMode.ROBOT_EMERGENCY_STOP if pressed else SafetyMode.NORMAL
+        self.post_message(SafetyModeMessage(int(self.safety)))
+        if pressed:
+            self.power_off()
 
     @property
     def unlockable(self) -> bool:
@@ -258,6 +291,11 @@ class Controller:
             self.refuse(error)
         self.stop_program()
         self.secondaries.clear()
+
+    def power_on(self, *, brakes: bool = False) -> None:
+        """Switch the power on, with `brakes` also release the brakes; a pressed emergency stop prevents it."""
+        if self.safety is not SafetyMode.ROBOT_EMERGENCY_STOP:
+            (self.power.release if brakes else self.power.on)(self.time_s)
 
     def power_off(self) -> None:
         """Switch off the arm's power; the program ends."""

@@ -15,6 +15,15 @@ if TYPE_CHECKING:
     from lsds_mocks.wire.ur.pendant import Pendant
 
 GREETING = b"Connected: Universal Robots Dashboard Server\n"
+LOCAL = (
+    "Command is not allowed due to safety reasons, please switch robot to Remote Control mode "
+    "and reconnect to port 29999"
+)
+_REMOTE_ONLY = (
+    *("load", "play", "pause", "stop", "power on", "power off", "brake release", "unlock protective stop"),
+    *("restart safety", "close safety popup", "shutdown"),
+)
+"""Requests that need remote control; `load` includes `load installation`."""
 LONGEST_COMMAND = 65536
 """Maximum number of bytes without an end of line; chosen."""
 
@@ -27,6 +36,8 @@ class DashboardSession:
     def __init__(self, pendant: Pendant, link: Link) -> None:
         self._pendant = pendant
         self._link = link
+        # Whoever was connected while the control changed has to reconnect.
+        self._handovers = pendant.controller.handovers
         self._buffer = b""
         link.send(GREETING)
 
@@ -38,7 +49,9 @@ class DashboardSession:
             self._link.note(line + b"\n", text)
             if is_http_request(text):
                 raise ProtocolEnd
-            self._link.send(answer(self._pendant, text).encode() + b"\n")
+            controller = self._pendant.controller
+            remote = controller.remote and controller.handovers == self._handovers
+            self._link.send(answer(self._pendant, text, remote=remote).encode() + b"\n")
             if text == "quit":
                 raise ProtocolEnd
         if len(self._buffer) > LONGEST_COMMAND:
@@ -48,8 +61,10 @@ class DashboardSession:
         """The client is gone."""
 
 
-def answer(pendant: Pendant, request: str) -> str:
-    """Carry out one request and return its reply."""
+def answer(pendant: Pendant, request: str, *, remote: bool = True) -> str:
+    """Carry out one request and return its reply; in local control those that move or stop the arm are refused."""
+    if not remote and any(request == words or request.startswith(words + " ") for words in _REMOTE_ONLY):
+        return LOCAL
     plain = _PLAIN.get(request)
     if plain is not None:
         return plain(pendant)
@@ -60,7 +75,7 @@ def answer(pendant: Pendant, request: str) -> str:
 
 
 def _power_on(p: Pendant) -> str:
-    p.controller.power.on(p.controller.time_s)
+    p.controller.power_on()
     return "Powering on"
 
 
@@ -70,7 +85,7 @@ def _power_off(p: Pendant) -> str:
 
 
 def _brake_release(p: Pendant) -> str:
-    p.controller.power.release(p.controller.time_s)
+    p.controller.power_on(brakes=True)
     return "Brake releasing"
 
 
@@ -92,7 +107,7 @@ def _pause(p: Pendant) -> str:
 
 
 def _stop(p: Pendant) -> str:
-    p.controller.stop_program()
+    p.stop()
     return "Stopped"
 
 
@@ -116,6 +131,20 @@ def _load(p: Pendant, name: str) -> str:
     return f"Loading program: {path}" if path else f"File not found: {name}"
 
 
+def _load_installation(p: Pendant, name: str) -> str:
+    return f"Loading installation: {name}" if p.has_installation(name) else f"File not found: {name}"
+
+
+def _close_popup(p: Pendant) -> str:
+    p.controller.close_popup()
+    return "closing popup"
+
+
+def _shutdown(p: Pendant) -> str:
+    p.shut_down()
+    return "Shutting down"
+
+
 def _add_to_log(p: Pendant, text: str) -> str:
     if not text:
         return "No log message to add"
@@ -128,12 +157,12 @@ def _set_mode(p: Pendant, mode: str) -> str:
     if mode not in ("MANUAL", "AUTOMATIC"):
         return f"Failed setting operational mode: {mode.lower()}"
     p.operational_mode = mode
-    return f"Operational mode {mode} is set"
+    return f"Operational mode '{mode}' is set"
 
 
 def _clear_mode(p: Pendant) -> str:
     p.operational_mode = "NONE"
-    return f"No longer controlling the operational mode. Current mode: {p.operational_mode}."
+    return f"No longer controlling the operational mode. Current operational mode: '{p.operational_mode}'."
 
 
 def _version(p: Pendant) -> str:
@@ -150,7 +179,7 @@ _PLAIN: dict[str, Callable[[Pendant], str]] = {
     "version": _version,
     "get serial number": lambda p: p.controller.options.serial,
     "get robot model": lambda p: p.controller.options.model.rstrip("e").upper(),
-    "is in remote control": lambda p: _word(p.remote),
+    "is in remote control": lambda p: _word(p.controller.remote),
     "robotmode": lambda p: f"Robotmode: {p.controller.power.mode.name}",
     "safetymode": lambda p: f"Safetymode: {p.controller.safety.name}",
     "safetystatus": lambda p: f"Safetystatus: {p.controller.safety.name}",
@@ -166,16 +195,16 @@ _PLAIN: dict[str, Callable[[Pendant], str]] = {
     "brake release": _brake_release,
     "unlock protective stop": _unlock,
     "restart safety": _restart_safety,
-    "close popup": lambda _: "closing popup",
+    "close popup": _close_popup,
     "close safety popup": lambda _: "closing safety popup",
     "get operational mode": lambda p: p.operational_mode,
     "clear operational mode": _clear_mode,
     "saveLog": lambda _: "Log saved to disk",
     "quit": lambda _: "Disconnected",
-    "shutdown": lambda _: "Shutting down",
+    "shutdown": _shutdown,
 }
 _WITH_TEXT: dict[str, Callable[[Pendant, str], str]] = {
-    "load installation": lambda _, name: f"Loading installation: {name}",
+    "load installation": _load_installation,
     "load": _load,
     "popup": lambda _, text: "showing popup",
     "addToLog": _add_to_log,

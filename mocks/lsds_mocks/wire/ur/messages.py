@@ -20,6 +20,17 @@ class TextMessage:
 
 
 @dataclass(frozen=True, slots=True)
+class PopupMessage:
+    """A program's `popup`. A blocking one pauses the program until it is closed."""
+
+    title: str
+    text: str
+    warning: bool = False
+    error: bool = False
+    blocking: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class KeyMessage:
     """A program started or stopped."""
 
@@ -55,4 +66,4 @@ class SafetyModeMessage:
     argument: int = 0
 
 
-Message = TextMessage | KeyMessage | ErrorCode | RuntimeExceptionMessage | SafetyModeMessage
+Message = TextMessage | PopupMessage | KeyMessage | ErrorCode | RuntimeExceptionMessage | SafetyModeMessage

@@ -47,6 +47,8 @@ FACES = (
     *("dashboard", "rtde", "primary", "primary-read-only", "secondary", "secondary-read-only"),
     *("real-time", "real-time-read-only"),
 )
+WRITABLE = ("primary", "secondary", "real-time")
+"""Faces that accept scripts in remote control; their connections end when local control begins."""
 KNOWS: dict[FaultKind, tuple[str, ...]] = {
     **dict.fromkeys(MESSAGE_FAULTS, FACES),
     "freeze": (),
@@ -55,6 +57,7 @@ KNOWS: dict[FaultKind, tuple[str, ...]] = {
     "in-use": ("rtde",),
     "delayed-ack": FACES,
     "protective-stop": (),
+    "emergency-stop": (),
 }
 CYCLES_PER_HISTORY_STATE = 5
 """Number of control cycles from one state of the arm in the history to the next: 10 ms."""
@@ -121,7 +124,7 @@ class MockUr:
         assert pendant is not None
         _be_punctual()
         memory = MemoryWatch()
-        next_ns = self._clock.now()
+        next_ns, remote = self._clock.now(), controller.remote
         with self._serving.serving():
             while not stop.is_set():
                 self._clock.sleep_until(next_ns)
@@ -134,6 +137,12 @@ class MockUr:
                 network.poll()
                 pendant.poll()
                 controller.cycle()
+                if remote and not controller.remote:
+                    network.end(WRITABLE)
+                remote = controller.remote
+                if pendant.ends_s is not None and controller.time_s >= pendant.ends_s:
+                    network.disconnect(None)
+                    pendant.ends_s = None
                 if controller.step_number % CYCLES_PER_HISTORY_STATE == 0:
                     self._history.add(self._clock.now(), truth_of(controller))
                 if memory.exceeded(controller.busy):
@@ -189,11 +198,13 @@ class MockUr:
     def _strike(self, network: Network, controller: Controller) -> bool:
         """Apply due faults of the whole arm; return whether the controller is frozen in this cycle."""
         if self._faults.quiet:
+            controller.press_emergency_stop(pressed=False)
             return False
         if fault := self._faults.strikes("disconnect", ""):
             network.disconnect(_rest(self._faults, fault))
         if self._faults.strikes("protective-stop", ""):
             controller.protective_stop()
+        controller.press_emergency_stop(pressed=self._faults.strikes("emergency-stop", "") is not None)
         return self._faults.strikes("freeze", "") is not None
 
 

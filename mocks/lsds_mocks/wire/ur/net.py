@@ -7,7 +7,7 @@ import errno
 import select
 import socket
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, Protocol
 
 from lsds.errors import ConnectFailed
@@ -152,6 +152,11 @@ class Network:
             link.flush()
             if link.dead:
                 self._drop(descriptor)
+
+    def end(self, faces: Collection[str]) -> None:
+        """Close the connections to some faces once their pending data has been sent."""
+        for link, _ in self._clients.values():
+            link.ending |= link.face in faces
 
     def disconnect(self, for_s: float | None) -> None:
         """Close all connections and refuse new ones for a time, or permanently (None)."""

@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 FOLDER = "/programs"
 EXTERNAL_CONTROL, WAIT = "external_control.urp", "wait_program.urp"
 _WAIT_SCRIPT = "def wait_program():\n  while True:\n    sleep(0.01)\n  end\nend\n"
+INSTALLATION = "default.installation"
+"""Installation that always exists."""
+SHUTDOWN_S = 0.5
+"""Time from the reply to `shutdown` until all ports close, s; shorter than a real controller's, to save test time."""
 _REQUEST_S = 5.0
 """Time limit for the first bytes of a requested script."""
 _SCRIPT_S = 10.0
@@ -32,16 +36,17 @@ class Pendant:
 
     def __init__(self, controller: Controller, uploads: Uploads) -> None:
         self.controller = controller
-        self.remote = controller.options.remote_control
         self.loaded = ""
+        self.ends_s: float | None = None
+        """Time of the controller at which it is switched off; None: it stays on."""
         self._mode = "NONE"
         self._uploads = uploads
         self._commands = {
-            "power on": lambda: controller.power.on(controller.time_s),
+            "power on": controller.power_on,
             "power off": controller.power_off,
-            "set robotmode run": lambda: controller.power.release(controller.time_s),
+            "set robotmode run": lambda: controller.power_on(brakes=True),
             "set unlock protective stop": controller.unlock,
-            "stop program": controller.stop_program,
+            "stop program": self.stop,
             "pause program": controller.pause_program,
         }
 
@@ -55,7 +60,7 @@ class Pendant:
         """Manual mode disables remote control, automatic mode enables it."""
         self._mode = mode
         if mode != "NONE":
-            self.remote = mode == "AUTOMATIC" and self.controller.options.remote_control
+            self.controller.hand_over(remote=mode == "AUTOMATIC" and self.controller.options.remote_control)
 
     def script(self, text: str, sender: Sender | None = None) -> None:
         """Run one program or command from a script port."""
@@ -74,12 +79,27 @@ class Pendant:
             self.controller.start(compiled)
         return compiled is not None
 
+    def stop(self) -> None:
+        """Stop the running program and those that are still being compiled: nothing moves after it."""
+        self._uploads.cancel()
+        self.controller.stop_program()
+
+    def shut_down(self) -> None:
+        """Switch the arm off, and soon the controller."""
+        self.controller.power_off()
+        self.ends_s = self.controller.time_s + SHUTDOWN_S
+
+    def has_installation(self, name: str) -> bool:
+        """Return whether an installation exists: the default one, or a file in the folder of programs."""
+        own, folder = Path(name).name, self.controller.options.programs
+        return own == INSTALLATION or bool(folder and own and (Path(folder) / own).is_file())
+
     def load(self, name: str) -> str:
         """Load a program by its file name and stop the running one; return its path, "" if it does not exist."""
         path = name if name.startswith("/") else f"{FOLDER}/{name}"
         if Path(name).name not in (EXTERNAL_CONTROL, WAIT) and self._file(name) is None:
             return ""
-        self.controller.stop_program()
+        self.stop()
         self.loaded = path
         return path
 

@@ -22,37 +22,30 @@ class Power:
         self._next: list[tuple[float, RobotMode]] = []
 
     def on(self, now_s: float) -> None:
-        """Switch power on; ends in idle, with the brakes on. Does nothing if the power is on."""
-        if self.mode is RobotMode.POWER_OFF and not self._heads_for(RobotMode.IDLE):
-            self._plan(now_s, (POWERING_S, RobotMode.POWER_ON), (IDLE_S, RobotMode.IDLE))
+        """Switch power on; ends in idle, with the brakes on. Does nothing if the power is on or comes on.
+
+        While the arm is being switched off, power comes on after that.
+        """
+        last_s, last = self._next[-1] if self._next else (now_s, self.mode)
+        if last is RobotMode.POWER_OFF:
+            powered_s = last_s + POWERING_S
+            self._next += [(powered_s, RobotMode.POWER_ON), (powered_s + IDLE_S, RobotMode.IDLE)]
 
     def release(self, now_s: float) -> None:
         """Release the brakes, after powering on if necessary."""
-        if self.mode is RobotMode.RUNNING and not self._next:
-            return
-        if self.mode is RobotMode.POWER_OFF and not self._next:
-            self.on(now_s)
-        if not self._heads_for(RobotMode.RUNNING):
-            last = self._next[-1][0] if self._next else now_s
-            self._next.append((last + BRAKES_S, RobotMode.RUNNING))
+        self.on(now_s)
+        last_s, last = self._next[-1] if self._next else (now_s, self.mode)
+        if last is not RobotMode.RUNNING:
+            self._next.append((last_s + BRAKES_S, RobotMode.RUNNING))
 
     def off(self, now_s: float) -> None:
         """Switch off."""
         if self.mode is RobotMode.POWER_OFF:
             self._next.clear()
         else:
-            self._plan(now_s, (OFF_S, RobotMode.POWER_OFF))
+            self._next = [(now_s + OFF_S, RobotMode.POWER_OFF)]
 
     def advance(self, now_s: float) -> None:
         """Let time pass."""
         while self._next and now_s >= self._next[0][0]:
             self.mode = self._next.pop(0)[1]
-
-    def _plan(self, now_s: float, *steps: tuple[float, RobotMode]) -> None:
-        self._next.clear()
-        for duration_s, mode in steps:
-            now_s += duration_s
-            self._next.append((now_s, mode))
-
-    def _heads_for(self, mode: RobotMode) -> bool:
-        return any(planned is mode for _, planned in self._next)

@@ -13,6 +13,7 @@ from lsds_mocks.wire.ur.messages import (
     ErrorCode,
     KeyMessage,
     Message,
+    PopupMessage,
     RuntimeExceptionMessage,
     SafetyModeMessage,
     TextMessage,
@@ -38,6 +39,8 @@ SAFETY_SOURCE = 0xFD
 """Source of a message: the safety system."""
 PROGRAM_SOURCE = 0xFF
 """Source of a message: the program."""
+POPUP_TEXT = 0
+"""Type of answer that a popup asks for: none, it only shows a text."""
 CONTROL_RUNNING = 0
 """Control mode of position control."""
 CONTROL_FORCE = 2
@@ -61,7 +64,7 @@ class StateFace:
         """Greet a new client with the version; the state follows half a period later, for clients start without it."""
         link.send(version_message(self._controller))
         self._links[link] = self._controller.step_number + CYCLES_PER_STATE // 2
-        return ScriptSession(self, link, self._scripts)
+        return ScriptSession(self, link, self._controller, self._scripts)
 
     def forget(self, link: Link) -> None:
         """Remove a client."""
@@ -119,6 +122,10 @@ def encoded(message: Message, controller: Controller) -> bytes:
     """Return a message's bytes."""
     if isinstance(message, TextMessage):
         return _message(controller, PROGRAM_SOURCE, 0, message.text.encode())
+    if isinstance(message, PopupMessage):
+        title = message.title.encode()[:255]
+        flags = struct.pack(">IB3?B", 0, POPUP_TEXT, message.warning, message.error, message.blocking, len(title))
+        return _message(controller, PROGRAM_SOURCE, 2, flags + title + message.text.encode())
     if isinstance(message, KeyMessage):
         title = message.title.encode()
         body = struct.pack(">iiB", 0, 0, len(title)) + title + message.text.encode()

@@ -27,7 +27,7 @@ class RealtimeFace:
     def open(self, link: Link) -> ScriptSession:
         """Take a new client."""
         self._links.append(link)
-        return ScriptSession(self, link, self._scripts)
+        return ScriptSession(self, link, self._controller, self._scripts)
 
     def forget(self, link: Link) -> None:
         """Let go of a client."""

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
+from lsds_mocks.wire.ur.messages import WARNING, ErrorCode
 from lsds_mocks.wire.ur.net import Link, ProtocolEnd
 from lsds_mocks.wire.ur.script.stream import ScriptStream
 from lsds_mocks.wire.ur.sender import Sender, sender_of
+
+if TYPE_CHECKING:
+    from lsds_mocks.wire.ur.controller import Controller
 
 Scripts = Callable[[str, Sender | None], None]
 """Function that receives one program and its sender."""
@@ -21,24 +25,37 @@ class Face(Protocol):
         ...
 
 
+READ_ONLY = 210
+"""Error code of a script for a connection that only reads."""
+
+
 class ScriptSession:
-    """One client. `scripts` receives its programs; None for a read-only port."""
+    """One client. `scripts` receives its programs; None for a read-only port.
+
+    A connection that is made in local control only reads, too, and stays so; when local control begins, those that
+    may write are closed.
+    """
 
     at_once = 1 << 14
 
-    def __init__(self, face: Face, link: Link, scripts: Scripts | None) -> None:
+    def __init__(self, face: Face, link: Link, controller: Controller, scripts: Scripts | None) -> None:
         self._face = face
         self._link = link
-        self._scripts = scripts
+        self._controller = controller
+        self._scripts = scripts if controller.remote else None
+        self._writes = scripts is not None
         self._stream = ScriptStream()
 
     def received(self, data: bytes) -> None:
         """Receive script text. Raises ProtocolEnd after an HTTP request."""
-        if self._scripts is None:
+        if not self._writes:
             return
         for program in self._stream.feed(data):
             self._link.note(program.encode(), program.strip().partition("\n")[0])
-            self._scripts(program, sender_of(self._link.socket))
+            if self._scripts is None:
+                self._controller.post_message(ErrorCode(READ_ONLY, 0, WARNING))
+            else:
+                self._scripts(program, sender_of(self._link.socket))
         if self._stream.refused:
             raise ProtocolEnd
 

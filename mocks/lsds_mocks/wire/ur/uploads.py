@@ -48,7 +48,7 @@ class Uploads:
         self._cache: dict[str, Compiled] = {}
         self._compilation = Compilation(waiting(), clock)
         self._worker = threading.Thread(target=self._work, name="urscript compiler", daemon=True)
-        self._waiting = self._characters = 0
+        self._waiting = self._characters = self._cancelled = 0
         self._refused = False
 
     def start(self) -> None:
@@ -68,6 +68,10 @@ class Uploads:
         """
         self._take(script, LONGEST_PROGRAM)
 
+    def cancel(self) -> None:
+        """Drop what waits to be compiled or started."""
+        self._cancelled = self._waiting
+
     def poll(self) -> Compiled | ScriptError | None:
         """Return the next compiled program or error; one per call, so that no program is replaced before it runs."""
         if self._refused:
@@ -79,6 +83,9 @@ class Uploads:
             return None
         self._waiting -= 1
         self._characters -= characters
+        if self._cancelled:
+            self._cancelled -= 1
+            return None
         return found
 
     def close(self) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from lsds_mocks.wire.ur.controller import CYCLE_S
 from lsds_mocks.wire.ur.io import CONFIGURABLE_SHIFT, FLAGS, REGISTER_BITS, REGISTERS, TOOL_SHIFT
-from lsds_mocks.wire.ur.messages import TextMessage
+from lsds_mocks.wire.ur.messages import PopupMessage, TextMessage
 from lsds_mocks.wire.ur.script.errors import ScriptError
 from lsds_mocks.wire.ur.script.program import Waiting
 from lsds_mocks.wire.ur.variables import IN
@@ -201,11 +201,12 @@ class Functions:
 
     def popup(
         self, s: Any, title: str = "Popup", warning: bool = False, error: bool = False, blocking: bool = False
-    ) -> None:
-        """Show a text. It cannot be closed, so a blocking popup pauses the program until it is played again."""
-        self._c.post_message(TextMessage(f"{title}: {self._c.operations.text(s)}"))
-        if blocking:
-            self._c.pause_program()
+    ) -> Waiting:
+        """Show a text. A blocking popup pauses the program until it is closed or the program is played again."""
+        shown = PopupMessage(str(title), self._c.operations.text(s), bool(warning), bool(error), bool(blocking))
+        self._c.show_popup(shown)
+        while shown.blocking and self._c.popup is shown:
+            yield
 
 
 def _index(address: Any, count: int = REGISTERS) -> int:

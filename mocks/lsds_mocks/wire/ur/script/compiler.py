@@ -241,6 +241,7 @@ class _Writer:
             self._write("halt()")
         elif node.word == "pause":
             self._write("pause()")
+            self._write("yield")
         # Critical sections only prevent pre-emption, and threads here switch only when they wait.
 
     def _while(self, node: nodes.While) -> None:
@@ -438,4 +439,4 @@ def _calls(body: tuple[nodes.Node, ...]) -> Iterator[str]:
 
 
 def _joins(body: tuple[nodes.Node, ...]) -> bool:
-    return any(isinstance(node, nodes.Handle) and node.word == "join" for node in _walk(body))
+    return any(isinstance(node, nodes.Handle | nodes.Word) and node.word in ("join", "pause") for node in _walk(body))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable, Generator, Mapping
 from typing import Any
 
@@ -90,7 +91,8 @@ class Program:
             for handle in waiting:
                 done.add(handle)
                 thread = self._threads.get(handle)
-                if thread is not None:
+                # A thread that pauses the program ends the cycle of the others.
+                if thread is not None and not self.paused:
                     self._work.left -= THREAD
                     self._advance(handle, thread)
         self._stepping = False
@@ -152,7 +154,7 @@ class Program:
         if isinstance(error, NameError):
             name = str(error.name or "").removeprefix("v_")
             return ScriptError(f"compile_error_name_not_found:{name}:", line, 1)
-        return ScriptError(f"runtime_error: {type(error).__name__}: {error}", line, 1)
+        return ScriptError(f"runtime_error: {_told(error)}", line, 1)
 
     def _start(self, thread: Waiting) -> int:
         if len(self._threads) >= THREADS:
@@ -176,6 +178,16 @@ class Program:
         thread = self._threads.pop(handle, None)
         if thread is not None:
             _close(thread)
+
+
+def _told(error: Exception) -> str:
+    """Return an error of the interpreter in the terms of a script, whose functions have no `self`."""
+    text = str(error).removeprefix("Functions.")
+    counted = re.search(r"\(\) (takes .*) positional arguments? but (\d+) w", text)
+    if counted is None:
+        return text or type(error).__name__
+    takes = re.sub(r"\d+", lambda number: str(int(number[0]) - 1), counted[1])
+    return f"{text[: counted.start()]}() {takes} arguments but {int(counted[2]) - 1} were given"
 
 
 def _halt() -> None:
