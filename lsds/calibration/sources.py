@@ -62,7 +62,7 @@ def watched_recording(
 ) -> WatchedPhase:
     """Watch a recording: a video, a folder of images, or a pattern. Raises DataError that names it.
 
-    Of a recording that is cut off the frames before are used, which `say` is told.
+    Of a recording that is cut off, the frames before the cut are used, and `say` gets a warning.
     """
     watched = WatchedPhase(source, phase)
     for detector in detectors.values():

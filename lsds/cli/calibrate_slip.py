@@ -174,12 +174,12 @@ def _recorded(
     from lsds.calibration.sources import watched_recording
 
     watched: list[WatchedPhase] = []
-    said: list[str] = []
+    warnings: list[str] = []
     with Progress("watching the recordings") as progress:
         for done, (phase, name) in enumerate(recordings):
             progress.to(done, len(recordings))
-            watched.append(watched_recording(name, phase, config, overrides, detectors, said.append))
-    for line in said:
+            watched.append(watched_recording(name, phase, config, overrides, detectors, warnings.append))
+    for line in warnings:
         click.echo(line, err=True)
     return watched
 

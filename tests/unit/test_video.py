@@ -188,17 +188,17 @@ def test_a_truncated_video_names_the_frame_and_keeps_the_earlier_ones(clip, tmp_
     assert 0 < len(result.kept_fraction) < 7
 
 
-def test_a_calibration_uses_what_a_truncated_recording_shows_and_says_so(clip, tmp_path):
+def test_a_calibration_uses_the_frames_of_a_truncated_recording_and_warns(clip, tmp_path):
     broken = tmp_path / "broken.avi"
     broken.write_bytes(clip.read_bytes()[: len(clip.read_bytes()) * 6 // 10])
-    said = []
-    watched = watched_recording(str(broken), "load", None, (), {}, said.append)
+    warnings = []
+    watched = watched_recording(str(broken), "load", None, (), {}, warnings.append)
     assert 0 < len(watched) < 7
-    (line,) = said
+    (line,) = warnings
     assert re.search(rf"broken.avi.*cannot be decoded.*the {len(watched)} frames before it are used", line)
     (tmp_path / "empty.avi").write_bytes(b"")
     with pytest.raises(DataError, match="the file is empty"):
-        watched_recording(str(tmp_path / "empty.avi"), "load", None, (), {}, said.append)
+        watched_recording(str(tmp_path / "empty.avi"), "load", None, (), {}, warnings.append)
 
 
 def test_missing_empty_and_foreign_files(tmp_path):

@@ -178,7 +178,7 @@ def test_a_program_that_pauses_itself_goes_no_further(arm, dashboard):
         ("x = 1 / 0", "division by zero"),
     ],
 )
-def test_an_error_of_a_script_is_told_in_the_terms_of_scripts(arm, call, told):
+def test_an_error_of_a_script_is_stated_in_the_terms_of_scripts(arm, call, told):
     with Primary(arm.host) as primary:
         primary.send(f"def wrong():\n  {call}\nend\n")
         assert primary.message(10)[8:].decode() == f"runtime_error: {told}"

@@ -28,7 +28,7 @@ _SPEEDS = slice(4, 6)
 class TerminalFace:
     """One pseudo-terminal. Both ends are raw; the mock holds the far end open, so that clients may come and go.
 
-    What a client sends at another baud rate than `baud` is noise to the gripper, so it is not received; 0: any rate.
+    Bytes at another baud rate than `baud` are noise to the gripper and are not received; 0: any rate.
     A pseudo-terminal does not keep the parity that a client sets, so a wrong one is not noticed.
 
     Like a real port it can be opened by several programs, and a program that opens it exclusively (pyserial's

@@ -154,7 +154,7 @@ class Program:
         if isinstance(error, NameError):
             name = str(error.name or "").removeprefix("v_")
             return ScriptError(f"compile_error_name_not_found:{name}:", line, 1)
-        return ScriptError(f"runtime_error: {_told(error)}", line, 1)
+        return ScriptError(f"runtime_error: {_stated(error)}", line, 1)
 
     def _start(self, thread: Waiting) -> int:
         if len(self._threads) >= THREADS:
@@ -180,7 +180,7 @@ class Program:
             _close(thread)
 
 
-def _told(error: Exception) -> str:
+def _stated(error: Exception) -> str:
     """Return an error of the interpreter in the terms of a script, whose functions have no `self`."""
     text = str(error).removeprefix("Functions.")
     counted = re.search(r"\(\) (takes .*) positional arguments? but (\d+) w", text)
