@@ -171,17 +171,17 @@ def test_a_program_that_pauses_itself_goes_no_further(arm, dashboard):
 
 
 @pytest.mark.parametrize(
-    ("call", "told"),
+    ("call", "text"),
     [
         ("speedl([0, 0, 0.02, 0, 0, 0], a=0.5, t_min=1.0)", "speedl() got an unexpected keyword argument 't_min'"),
         ("speedl([0, 0, 0.1, 0, 0, 0], 1, 1, 1, 1, 1)", "speedl() takes from 1 to 4 arguments but 6 were given"),
         ("x = 1 / 0", "division by zero"),
     ],
 )
-def test_an_error_of_a_script_is_stated_in_the_terms_of_scripts(arm, call, told):
+def test_an_error_of_a_script_is_stated_in_the_terms_of_scripts(arm, call, text):
     with Primary(arm.host) as primary:
         primary.send(f"def wrong():\n  {call}\nend\n")
-        assert primary.message(10)[8:].decode() == f"runtime_error: {told}"
+        assert primary.message(10)[8:].decode() == f"runtime_error: {text}"
 
 
 def test_replies_are_those_that_drivers_compare(arm, dashboard):
