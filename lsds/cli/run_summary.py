@@ -97,7 +97,8 @@ def _grip(summary: dict[str, Any]) -> str:
         return "unknown without the simulation's truth"
     steady_n = summary["steady_normal_force_n"]
     steady = "" if steady_n is None else f"{force(steady_n)} at the end, "
-    return f"{steady}{force(summary['peak_normal_force_n'])} peak, {force(summary['required_normal_force_n'])} needed"
+    peak, needed = force(summary["peak_normal_force_n"]), force(summary["required_normal_force_n"])
+    return f"{steady}{peak} peak, {needed} needed at most"
 
 
 def _called(summary: dict[str, Any], *, with_truth: bool) -> Rows:

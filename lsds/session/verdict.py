@@ -62,11 +62,13 @@ _IN_GRIP = (Outcome.HELD, Outcome.SLIPPED, Outcome.CRUSHED, Outcome.OUTSIDE)
 class Verdict:
     """The outcome of a run with its reason. Figures that need the truth of a simulated cell are None without it.
 
-    `grip_over_needed` compares the grip of a finger with the largest force that the object needed: the steady grip at
-    the end or, if the object is not in the grip then, the peak. `detection_delay_s` is from the first true slip to the
+    `grip_over_needed` compares the grip of a finger with the largest force that the object needed by its weight, the
+    arm's acceleration and pushes, a tilt not counted: the steady grip at the end or, if the object is not in the grip
+    then, the peak. `detection_delay_s` is from the first true slip to the
     first alarm. `slip_margin` is 1 without slip and below 0 beyond `task.max_slip_m`. `force_margin` is below 0 for a
     grip that crushes the object, and 1 at the needed grip; if `task.fragile_n` is set, 1 without any force. `opened`:
-    the fingers opened since grip was first corrected.
+    the fingers opened since grip was first corrected. `invalid`: something of the run is outside the model's validity,
+    whatever the outcome.
     """
 
     outcome: Outcome
@@ -77,6 +79,7 @@ class Verdict:
     slip_margin: float | None = None
     force_margin: float | None = None
     opened: bool = False
+    invalid: bool = False
 
     @property
     def sentence(self) -> str:
@@ -209,6 +212,7 @@ class _Lift:
             self.slip_margin,
             self.force_margin,
             self.opened_m > OPENED_BY_CORRECTION_M,
+            bool(self.invalid),
         )
 
 
@@ -321,8 +325,9 @@ def _why_crushed(lift: _Lift) -> str:
     if lift.config.task.fragile_n is not None:
         return f"{peak} exceeds the {lift.config.task.fragile_n:g} N that the object withstands (task.fragile_n)"
     ratio = lift.config.task.max_grip_ratio
-    times = ratio * lift.peak_n / lift.force_limit_n
-    return f"{peak} is {times:.1f} times the needed grip, the limit is {ratio:g} (task.max_grip_ratio)"
+    base_n = lift.force_limit_n / ratio
+    base = "the needed grip" if base_n <= max(lift.needed_n, LEAST_FORCE_N) else f"the first grip of {_newtons(base_n)}"
+    return f"{peak} is {lift.peak_n / base_n:.1f} times {base}, the limit is {ratio:g} (task.max_grip_ratio)"
 
 
 def _how_held(lift: _Lift) -> str:
@@ -330,7 +335,7 @@ def _how_held(lift: _Lift) -> str:
         return "contact remained until the end"
     steady_n = lift.figures["steady_normal_force_n"] or 0.0
     times = steady_n / max(lift.needed_n, LEAST_FORCE_N)
-    return f"with {times:.2g} times the needed force, after {1e3 * lift.slip_m:.2g} mm of slip"
+    return f"with {times:.2g} times the greatest force needed, after {1e3 * lift.slip_m:.2g} mm of slip"
 
 
 def _newtons(force_n: float) -> str:

@@ -36,7 +36,7 @@ def sets(overrides):
 SLIPPERY = ("cell.simulated.static_friction=0.06", "cell.simulated.kinetic_friction=0.05")
 SWINGING = 'faults=[{backend="camera-flicker", at="lift", severity=5}]'
 ODD = {
-    "5 g": (("cell.simulated.mass_kg=0.005",), r"held: with 31 times the needed force, after 0 mm of slip"),
+    "5 g": (("cell.simulated.mass_kg=0.005",), r"held: with 31 times the greatest force needed, after 0 mm of slip"),
     "2 kg": (("cell.simulated.mass_kg=2",), r"outside the model's validity: indentation is 31% of the thickness"),
     "slippery": (SLIPPERY, r"outside the model's validity: indentation is 42% of the thickness"),
     "soft": (

@@ -48,7 +48,7 @@ def verdict(truths, *overrides, ending=LIFTED, fault=None, **own):
 def test_an_object_in_the_grip_is_held_with_the_numbers_of_its_grip():
     found = verdict(HELD)
     assert (found.outcome, found.exit_code, found.in_grip) == (Outcome.HELD, 0, True)
-    assert found.sentence == "held: with 1.5 times the needed force, after 1 mm of slip"
+    assert found.sentence == "held: with 1.5 times the greatest force needed, after 1 mm of slip"
     assert found.grip_over_needed == pytest.approx(4.2 / NEEDED_N)
     assert found.detection_delay_s == 0.05
     assert found.slip_margin == pytest.approx(1 - 0.001 / 0.03)
@@ -74,10 +74,14 @@ def test_a_grip_far_above_the_needed_one_crushes():
     found = verdict(firm)
     assert (found.outcome, found.exit_code, found.in_grip) == (Outcome.CRUSHED, 10, True)
     assert found.reason == (
-        "the peak grip of 15.4 N a finger is 5.1 times the needed grip, the limit is 5 (task.max_grip_ratio)"
+        "the peak grip of 15.4 N a finger is 5.1 times the first grip of 3 N, the limit is 5 (task.max_grip_ratio)"
     )
     assert found.force_margin < 0
     assert verdict(firm, "task.max_grip_ratio=6").outcome is Outcome.HELD
+    squeezed = (truth(0.0, 8.0, supported=True), truth(0.5, 8.0), truth(1.0, 44.0), HELD[2])
+    assert verdict(squeezed).reason.startswith(
+        "the peak grip of 44 N a finger is 5.5 times the first grip of 8 N, the l"
+    )
     # A first squeeze that is firm already is the job's, and no failure of the controller.
     assert verdict((truth(0.0, 15.4, supported=True), truth(0.5, 15.4), truth(2.0, 15.4))).outcome is Outcome.HELD
 

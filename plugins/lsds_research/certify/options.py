@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from lsds.cli.threads import processes
+from lsds.errors import DataError
 from lsds_research.campaign_options import Cluster, Jobs, Settings
+from lsds_research.certify.duration import seconds_of
 
 
 class CertifyOptions(BaseModel):
@@ -39,9 +41,7 @@ class CertifyOptions(BaseModel):
         description="time to spend, as 90s, 10min or 2h; results then depend on the machine's speed",
         json_schema_extra={"metavar": "TIME"},
     )
-    runs: int = Field(
-        default=0, ge=0, le=1_000_000, description="number of lifts to spend, instead of a time; in batches of 16"
-    )
+    runs: int = Field(default=0, ge=0, le=1_000_000, description="number of lifts to spend, instead of a time")
     space: str = Field(
         default="",
         description="TOML file of ranges as for lsds study search; default: random objects",
@@ -57,3 +57,13 @@ class CertifyOptions(BaseModel):
     quick: bool = Field(default=False, description="48 lifts of one second")
     jobs: Jobs = Field(default_factory=processes, description="processes that lift")
     cluster: Cluster = ""
+
+    @model_validator(mode="after")
+    def _one_budget(self) -> CertifyOptions:
+        if self.runs and "budget" in self.model_fields_set:
+            raise ValueError("budget and runs exclude each other: give a time, or a number of lifts")
+        try:
+            seconds_of(self.budget, "--budget")
+        except DataError as error:
+            raise ValueError(str(error)) from error
+        return self

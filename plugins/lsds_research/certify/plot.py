@@ -21,8 +21,10 @@ def plot_certificate(path: Path, rows: Sequence[dict[str, Any]], estimate: Estim
     slip = np.array([_number(row.get("slip_m")) * 1e3 for row in rows])
     ratio = np.array([_number(row.get("ratio")) for row in rows])
     known = np.isfinite(slip) & np.isfinite(ratio)
+    invalid = np.array([bool(row.get("invalid")) for row in rows])
     for own, colour, marker, label in (
-        (known & ~dropped, "tab:blue", "o", "held"),
+        (known & ~dropped & ~invalid, "tab:blue", "o", "held"),
+        (known & ~dropped & invalid, "0.6", "s", "in the grip, outside the model's validity"),
         (known & dropped, "tab:red", "X", "dropped"),
     ):
         axes.scatter(ratio[own], slip[own] + 0.01, s=sizes[own], c=colour, marker=marker, alpha=0.6, lw=0, label=label)

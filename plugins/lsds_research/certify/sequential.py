@@ -86,6 +86,8 @@ def sequential(
 ) -> Generator[Points, Sequence[float], Estimate]:
     """Yield batches of points of the unit cube; send back their margins, below 0 for a failure; return the estimate.
 
+    The margins may be those of the first points of a batch only.
+
     `used` returns the share of the budget that is used after a number of runs; `describe` may add columns to the points
     for the forest. Raises MissingExtra without scikit-learn.
     """
@@ -100,9 +102,9 @@ def sequential(
             own = _allotted(stage, rng)
             chosen = [pool[rng.choice(np.flatnonzero(stratum == k))] for k in own]
             answered = yield chosen
-            stage.strata += own
+            stage.strata += own[: len(answered)]
             stage.margins += list(answered)
-            points += chosen
+            points += chosen[: len(answered)]
             margins += list(answered)
         stages.append(stage)
         if used(len(points)) >= STAGES[-1]:
@@ -119,8 +121,9 @@ def plain(
     stage = _Stage(np.ones(1), np.full(1, 0.5))
     while not points or used(len(points)) < 1:
         chosen = list(rng.random((RUNS_PER_BATCH, dimensions)))
-        stage.margins += list((yield chosen))
-        points += chosen
+        answered = yield chosen
+        stage.margins += list(answered)
+        points += chosen[: len(answered)]
     stage.strata = [0] * len(points)
     return _estimate([stage], points, stage.margins, rng, seed, describe)
 

@@ -62,6 +62,7 @@ def run_scenario(asked: tuple[Scenario, Limits, tuple[str, ...]]) -> dict[str, A
         "slip_m": summary["slip_distance_m"],
         "ratio": session.verdict.grip_over_needed,
         "delay_s": session.verdict.detection_delay_s,
+        "invalid": session.verdict.invalid,
     }
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pytest
 from lsds_research.certify.duration import seconds_of
 from lsds_research.certify.rig import simulated_rig
 from lsds_research.certify.sequential import Estimate
-from lsds_research.certify.study import _undecided
+from lsds_research.certify.study import _figures, _undecided, _within
 from lsds_research.search.objects import OBJECTS, completed
 from lsds_research.search.space import point_to_scenario
 
@@ -89,6 +90,40 @@ def test_the_certificate_is_the_same_on_one_and_two_processes(tmp_path):
     assert one["runs"] == two["runs"]
     for file in one["files"]:
         assert main(["run", file, "--no-plot"]) in (8, 11)
+
+
+def certificate(tmp_path, *flags):
+    file = tmp_path / "certificate.json"
+    assert main(["study", "certify", *flags, "--jobs", "1", *QUICK, "--json", str(file), "--no-plot"]) == 0
+    return json.loads(file.read_text())
+
+
+def test_a_short_budget_ends_within_a_lift_and_a_number_of_lifts_is_kept(tmp_path):
+    short = certificate(tmp_path, "--budget", "1s")
+    assert 1 <= short["probability"]["runs"] < 16
+    assert short["took_s"] < 1.1 or any("instead of 1 s: a lift is not cut off" in note for note in short["notes"])
+    assert certificate(tmp_path, "--runs", "3")["probability"]["runs"] == 3
+
+
+@pytest.mark.parametrize("flags", [("--budget", "10"), ("--budget", "-5s"), ("--budget", "5s", "--runs", "5")])
+def test_a_wrong_budget_is_a_mistake_of_the_command_line(flags, capsys):
+    assert main(["study", "certify", *flags]) == 2
+    assert re.search("is no duration|budget and runs exclude each other", capsys.readouterr().err)
+
+
+def test_drops_outside_the_model_are_counted_apart():
+    rows = [
+        {"outcome": "dropped", "margin": -1.0, "invalid": True},
+        {"outcome": "dropped", "margin": -1.0, "invalid": False},
+        {"outcome": "held", "margin": 1.0, "invalid": False},
+        {"outcome": "outside the model's validity", "margin": 1.0, "invalid": True},
+    ]
+    estimate = Estimate(0.5, 0.1, 0.9, 2, 4, np.full(4, 0.25), float("nan"))
+    outside = _figures(rows, estimate)[-1]
+    assert (outside["value"], outside["range"]) == ("50.0%", "dropped: 25.0%; the rest counts as held")
+    (note,) = _within(rows, estimate)
+    assert note == "within the model's validity 1 of 2 lifts dropped, 50.0% of that part of the space"
+    assert _within(rows[1:3], Estimate(0.5, 0.1, 0.9, 1, 2, np.full(2, 0.5), float("nan"))) == []
 
 
 def test_lifts_that_show_nothing_are_not_silently_held():
