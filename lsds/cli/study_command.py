@@ -64,7 +64,12 @@ def study_command(
         for written in written_files(model, options):
             require_writable(written)
         run_seed, begun_ns = _run_seed(model, options, seed), perf_ns()
-        result = run_study(host_of(ctx), study or name, options, run_seed, doing)
+        try:
+            result = run_study(host_of(ctx), study or name, options, run_seed, doing)
+        except KeyboardInterrupt:
+            if options.get("out"):
+                click.echo(f"the runs so far are in {options['out']}; the same command continues from there", err=True)
+            raise
         took_s = (perf_ns() - begun_ns) / NS_PER_S
         try:
             show_study(result, plot, outputs["csv_file"], outputs["json_file"], asked=outputs["plot"] is not None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
@@ -78,8 +79,9 @@ def add_run(path: Path | None, key: str, row: Row) -> None:
     if path is None:
         return
     try:
-        text = path.read_text(encoding="utf-8") if path.exists() else ""
-        with path.open("a", encoding="utf-8") as file:
-            file.write(("\n" if text and not text.endswith("\n") else "") + json.dumps({"key": key, "run": row}) + "\n")
+        with path.open("a+b") as file:
+            # An interrupted write may have left a line without its end.
+            cut = file.seek(0, os.SEEK_END) and file.seek(-1, os.SEEK_END) >= 0 and file.read(1) != b"\n"
+            file.write(("\n" if cut else "").encode() + json.dumps({"key": key, "run": row}).encode() + b"\n")
     except OSError as error:
         raise DataError(f"{path}: cannot be written: {error}") from error

@@ -10,9 +10,14 @@ import lsds_research.search.robustness as robustness
 import lsds_research.studies.faults.case as faults
 import lsds_research.studies.grip.lift as grip
 import pytest
+from lsds_research.studies.faults.options import FaultsOptions
+from lsds_research.studies.faults.study import _planned as planned_faults
+from lsds_research.studies.grip.options import GripOptions
+from lsds_research.studies.grip.study import _planned as planned_lifts
 
 import lsds
 import lsds.session.simulate as simulating
+from lsds.cli.main import main
 
 pytestmark = pytest.mark.usefixtures("installed_host")
 QUICK = ("cell.simulated.fidelity=winkler", "task.lift_s=0.3", "task.hold_s=0.2")
@@ -41,6 +46,20 @@ def test_an_interrupted_lift_interrupts_its_campaign(module, work, interrupted, 
     monkeypatch.setattr(module, "run", lambda *_, **__: interrupted)
     with pytest.raises(KeyboardInterrupt):
         work()
+
+
+def test_an_interrupted_study_names_the_file_from_which_it_continues(interrupted, monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(grip, "run", lambda *_, **__: interrupted)
+    out = tmp_path / "runs.jsonl"
+    assert main(["study", "grip", "--object", "ball", "--jobs", "1", "--out", str(out), "--no-plot"]) == 130
+    assert f"the runs so far are in {out}; the same command continues from there" in capsys.readouterr().err
+
+
+def test_quick_leaves_out_nothing_that_is_named():
+    named = FaultsOptions(faults=["gripper-stuck", "camera-noise"], quick=True)
+    assert {case.fault for case in planned_faults(named, 1)} == {"", "gripper-stuck", "camera-noise"}
+    objects = GripOptions(objects=["ball", "can"], controllers=["belief"], quick=True)
+    assert {lift.object for lift in planned_lifts(objects, 1)} == {"ball", "can"}
 
 
 @pytest.mark.slow

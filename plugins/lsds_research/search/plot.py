@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -30,10 +31,16 @@ def plot_search(path: Path, rows: Sequence[dict[str, Any]], keys: Sequence[str])
         places = _places([item["scenario"].get(key) for item in rows])
         right.plot(places[~failed], np.full((~failed).sum(), row + 0.15), "|", color="0.75", ms=5)
         right.plot(places[failed], np.full(failed.sum(), row - 0.15), "|", color="tab:red", ms=8)
-    right.set_yticks(range(len(keys)), [key.rpartition(".")[2] for key in keys], fontsize=8)
+    right.set_yticks(range(len(keys)), _short(keys), fontsize=8)
     right.set_xticks([0, 1], ["least", "greatest"])
     right.set_title("values of each key: failed red, others grey", fontsize=10)
     figure.savefig(path, dpi=110)
+
+
+def _short(keys: Sequence[str]) -> list[str]:
+    """Return the last part of each key, with the part before it where several keys end in the same way."""
+    ends = Counter(key.rpartition(".")[2] for key in keys)
+    return [".".join(key.split(".")[-1 if ends[key.rpartition(".")[2]] == 1 else -2 :]) for key in keys]
 
 
 def _places(values: Sequence[Any]) -> NDArray[np.float64]:

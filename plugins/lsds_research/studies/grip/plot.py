@@ -33,6 +33,7 @@ def plot_grip(path: Path, rows: Sequence[dict[str, Any]]) -> None:
         panel.axhline(1.4, color="0.5", lw=0.8, ls=":")
         panel.set_xscale("log")
         panel.set_yscale("log")
+        panel.set_xlim(left=0.9 * LEAST_MM)
         panel.set_ylim(0.6, 1.2 * most)
         panel.set_yticks([1, 1.4, 2, 5, 10, 20], ["1", "1.4", "2", "5", "10", "20"])
         panel.minorticks_off()

@@ -107,7 +107,8 @@ def _planned(options: GripOptions, seed: int) -> list[Lift]:
     controllers = backend_names(host, "controller", named) if named or not options.controllers else []
     if OFF in options.controllers or not options.controllers:
         controllers = [*controllers, OFF]
-    objects = options.objects[::3] if options.quick else options.objects
+    named_objects = "objects" in options.model_fields_set
+    objects = options.objects[::3] if options.quick and not named_objects else options.objects
     speeds = options.speeds_m_s[len(options.speeds_m_s) // 2 :][:1] if options.quick else options.speeds_m_s
     cases = product(
         controllers, objects, options.squeezes_mm, speeds, options.frictions, options.changes, range(options.seeds)

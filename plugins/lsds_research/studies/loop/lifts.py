@@ -64,7 +64,8 @@ def planned(options: LoopOptions, seed: int) -> Iterator[tuple[Configuration, Li
     """Yield each lift with its configuration. Raises DataError for an unknown object."""
     if unknown := [name for name in options.objects if name not in PLANS]:
         raise DataError(f"no object {', '.join(unknown)}; there are {', '.join(PLANS)}")
-    objects = options.objects[::2] if options.quick else options.objects
+    thinned = options.quick and "objects" not in options.model_fields_set
+    objects = options.objects[::2] if thinned else options.objects
     squeezes = options.squeezes_mm[:1] if options.quick else options.squeezes_mm
     for each, name, squeeze in product(configurations(options), objects, squeezes):
         settings = each.settings()
