@@ -11,11 +11,11 @@ def test_both_dispatch_the_same_and_the_cost_is_plausible():
     assert ours.best_ns <= ours.median_ns
 
 
-def test_a_minute_of_the_rig_stays_within_the_budget():
-    # Four times the budget of 50 ms: shared test machines are noisy; `lsds study scheduler` gives the real number.
-    ours, _ = measure(simulated_s=60.0, repeats=3)
-    assert ours.dispatches == 42_600
-    assert ours.best_ns < 200_000_000
+def test_with_statistics_it_costs_less_than_twice_what_python_s_scheduler_costs_without():
+    # In one run, in turns: 45 ms against 111 ms a minute of a rig on an idle machine.
+    ours, peer = measure(simulated_s=10.0, repeats=3)
+    assert ours.dispatches == 7100
+    assert ours.best_ns < 2 * peer.best_ns
 
 
 @pytest.mark.parametrize(("simulated_s", "repeats"), [(0, 1), (1, 0)])
