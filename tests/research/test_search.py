@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from lsds_research.search.plot import _short
 from lsds_research.search.robustness import STOPPED_MARGIN, Limits, hangs, margins_of, run_scenario
 from lsds_research.search.seek import seek
 from lsds_research.search.shrink import shrunk
@@ -114,3 +115,8 @@ def test_a_planted_failure_is_found_shrunk_and_saved_as_a_file_that_runs_again(t
     # The same command takes what is kept, and says the same.
     assert main([*asked, *out, "--json", str(tmp_path / "again.json")]) == 0
     assert json.loads((tmp_path / "again.json").read_text()) == result
+
+
+def test_keys_with_equal_ends_have_different_labels_in_the_picture():
+    keys = ["gripper.mock-hand-e.latency_ms", "sensor.mock-gelsight-mini.latency_ms", "task.hold_s"]
+    assert _short(keys) == ["mock-hand-e.latency_ms", "mock-gelsight-mini.latency_ms", "hold_s"]
