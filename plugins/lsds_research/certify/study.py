@@ -41,7 +41,7 @@ QUICK_RUNS = 48
 QUICK = ("cell.simulated.fidelity=winkler", "task.hold_s=0.5")
 NOT_RUN = "not run"
 """Outcome of a scenario whose lift could not begin."""
-LATE = 1.1
+OVERRUN = 1.1
 """Duration over the budget above which the certificate states it; chosen: the time is to be kept within 10 %."""
 PRECISE = 0.5
 """An interval whose half width exceeds this share of the probability is too wide for the budget to be called enough."""
@@ -157,7 +157,7 @@ class CertifyStudy:
 
     def _overrun(self, took_s: float, runs: int) -> list[str]:
         """Return that the lifts took longer than the budget, if they did: at least one is made, and none is cut off."""
-        if self._runs or took_s <= LATE * self._budget_s:
+        if self._runs or took_s <= OVERRUN * self._budget_s:
             return []
         return [f"the {runs} lifts took {took_s:.0f} s instead of {self._budget_s:.0f} s: a lift is not cut off"]
 
