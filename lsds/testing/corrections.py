@@ -4,15 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from numbers import Real
 from typing import Any
 
-from lsds.contracts import GripEstimate, GripTask
+from lsds.contracts import GripEstimate, GripTask, Slide
 from lsds.testing.bench import Bench
 from lsds.testing.feeding import build
-from lsds.testing.grips import NOT_MEASURED, STROKE_M, degraded_grips, grip_inputs, sound_grips
+from lsds.testing.grips import (
+    NOT_MEASURED,
+    STROKE_M,
+    degraded_grips,
+    grip_inputs,
+    nearly_closed_grips,
+    pressed_grips,
+    sound_grips,
+)
 from lsds.testing.stimulus import Name
 
+NEARLY_CLOSED = "the fingers are nearly closed"
+"""Place of an answer to `nearly_closed_grips`."""
+SLIDE_M_S = 5e-3
+"""Speed of a slip that is wanted, m/s; chosen."""
 NAMES: tuple[Name, ...] = ("slides", "turns")
 APERTURE_ROUNDING_M = 1e-9
 """Maximum difference of equal apertures, m: rounding."""
@@ -34,6 +47,8 @@ def check_apertures_are_sound(bench: Bench) -> None:
             f"{where}: update() returned {aperture_m:.4f} m, outside of the stroke 0 to {STROKE_M} m; clamp it, and "
             "answer in metres"
         )
+        if where.startswith(NEARLY_CLOSED):
+            continue
         # A grip of the kit never needs more than a few millimetres; zero closes as far as the force limit allows.
         assert float(aperture_m) == 0 or float(aperture_m) > grip.commanded_m / 2, (
             f"{where}: update() returned {float(aperture_m) * 1e3:.3f} mm at a commanded aperture of "
@@ -64,10 +79,24 @@ def check_opens_only_as_declared(bench: Bench) -> None:
     """A controller without a true `may_open` never asks for a larger aperture than the one commanded."""
     if getattr(build(bench), "may_open", False):
         return
-    for where, grip, aperture_m in _answers(bench):
+    for where, grip, aperture_m in (*_answers(bench), *_wished(bench)):
         assert not _is_wider(aperture_m, grip.commanded_m), (
             f"{where}: it opens from {grip.commanded_m * 1e3:.2f} to {aperture_m * 1e3:.2f} mm and does not declare "
             "it; give it an attribute may_open"
+        )
+
+
+def check_limits_force_as_declared(bench: Bench) -> None:
+    """A controller with a true `limits_force` closes no further than a fragile object stands."""
+    if not getattr(build(bench), "limits_force", False):
+        return
+    controller = build(bench)
+    for i, (grip, wanted) in enumerate(pressed_grips("slides")):
+        aperture_m = controller.update(grip, wanted)
+        assert aperture_m is None or not float(aperture_m) < grip.commanded_m - APERTURE_ROUNDING_M, (
+            f"frame {i}: it closes from {grip.commanded_m * 1e3:.2f} to {float(aperture_m) * 1e3:.2f} mm with "
+            f"{grip.normal_n:g} N on an object that stands {wanted.fragile_n:g} N; keep to wanted.fragile_n, or "
+            "declare limits_force = False"
         )
 
 
@@ -83,6 +112,14 @@ def _after(bench: Bench, name: Name) -> Any:
     return controller
 
 
+def _wished(bench: Bench) -> Iterator[tuple[str, GripEstimate, Any]]:
+    """Yield the answers to a task that wants a slip, and to one that probes."""
+    for what, changes in (("a slide is wanted", {"slide": Slide(SLIDE_M_S)}), ("the job probes", {"probes": True})):
+        controller = build(bench)
+        for i, (grip, wanted) in enumerate(grip_inputs("slides")):
+            yield f"{what}, frame {i}", grip, controller.update(grip, replace(wanted, **changes))
+
+
 def _answers(bench: Bench) -> Iterator[tuple[str, GripEstimate, Any]]:
     for name in NAMES:
         controller = build(bench)
@@ -92,6 +129,9 @@ def _answers(bench: Bench) -> Iterator[tuple[str, GripEstimate, Any]]:
             controller = _after(bench, name)
             for i, given in enumerate(inputs):
                 yield f"sequence {name!r}, then {what}, frame {i}", given[0], _asked(controller, given, what)
+    controller = build(bench)
+    for i, given in enumerate(nearly_closed_grips("slides")):
+        yield f"{NEARLY_CLOSED}, frame {i}", given[0], controller.update(*given)
 
 
 def _asked(controller: Any, given: tuple[GripEstimate, GripTask], what: str) -> Any:
@@ -104,6 +144,7 @@ def _asked(controller: Any, given: tuple[GripEstimate, GripTask], what: str) -> 
 
 
 CONTROLLER_CHECKS = (
+    check_limits_force_as_declared,
     check_apertures_are_sound,
     check_never_opens_on_what_is_lacking,
     check_opens_only_as_declared,

@@ -46,6 +46,7 @@ def check_gripper_reports_its_motion(bench: Bench) -> None:
         wide = at_rest.aperture_m > spec.stroke_m / 2
         target = spec.stroke_m * (0.7 if wide else 1.0)
         sent = gripper.command(GripperCommand(target, spec.speed_m_s[0], spec.force_n[0], bench.in_future(10.0)))
+        begun_ns = bench.clock.now()
         states = _watched(bench, gripper, abs(target - at_rest.aperture_m))
         under_way = [state for state in states if _between(state, at_rest.aperture_m, sent.aperture_m, gripper)]
         assert under_way, f"no state between {at_rest.aperture_m} m and {sent.aperture_m} m was seen in the motion"
@@ -53,6 +54,17 @@ def check_gripper_reports_its_motion(bench: Bench) -> None:
         assert moving > len(under_way) / 2, (
             f"moving is true in {moving} of {len(under_way)} states of a motion from {at_rest.aperture_m} m to "
             f"{sent.aperture_m} m; report true until the fingers rest"
+        )
+        late = under_way[len(under_way) // 2 :]
+        done = next((state for state in late if not state.moving), None)
+        assert done is None, (
+            f"moving is false at {done.aperture_m} m, on the way to {sent.aperture_m} m; report true until the fingers "
+            "rest"
+        )
+        felt = next((state for state in under_way if state.contact is Contact.CLOSING), None)
+        assert felt is None or target > at_rest.aperture_m, (
+            f"contact is closing at {felt.aperture_m} m, while the fingers move in the air; report an object only when "
+            "it has stopped them"
         )
         targets = sorted(state.target_m for state in under_way)
         typical = targets[len(targets) // 2]
@@ -63,6 +75,7 @@ def check_gripper_reports_its_motion(bench: Bench) -> None:
             f"moving is still true at {states[-1].aperture_m} m, 2 s after the motion to {sent.aperture_m} m should "
             "have ended; report false at rest"
         )
+        _assert_slow(states, begun_ns, at_rest.aperture_m, sent, gripper)
         _assert_speed(bench, gripper, states[-1].aperture_m)
 
 
@@ -74,6 +87,23 @@ def _watched(bench: Bench, gripper: Any, way_m: float) -> list[GripperState]:
         states.append(bench.read(gripper))
         _assert_sound(states[-1], gripper.spec)
     return states
+
+
+def _assert_slow(states: list[GripperState], begun_ns: int, begun_m: float, sent: GripperCommand, gripper: Any) -> None:
+    """Assert that a motion that was sent slow took its time: from the last state near its start to the first one near
+    its end."""
+    way_m = abs(sent.aperture_m - begun_m)
+    near_m = max(2 * tolerance_m(gripper), 0.1 * way_m)
+    left_ns = [begun_ns, *(state.t_ns for state in states if abs(state.aperture_m - begun_m) <= near_m)]
+    there_ns = [state.t_ns for state in states if abs(state.aperture_m - sent.aperture_m) <= near_m]
+    if not there_ns:
+        return
+    took_s = (there_ns[0] - left_ns[-1]) * 1e-9
+    due_s = (way_m - 2 * near_m) / sent.speed_m_s
+    assert took_s > due_s / _FASTER, (
+        f"the gripper moved by {way_m - 2 * near_m:.3g} m in {took_s:.3g} s after command() returned "
+        f"{sent.speed_m_s} m/s; move at the speed that is returned"
+    )
 
 
 def _assert_speed(bench: Bench, gripper: Any, begun_m: float) -> None:
@@ -112,6 +142,17 @@ def check_gripper_stops(bench: Bench) -> None:
         later = bench.read(gripper).aperture_m
         assert abs(later - stopped) <= tolerance_m(gripper), (
             f"the fingers move on after stop(): from {stopped} m to {later} m in 0.5 s; end the motion in stop()"
+        )
+        # A command that is still under way must not start them again.
+        start_motion(bench, gripper)
+        gripper.stop()
+        bench.advance(REACTS_S)
+        stopped = bench.read(gripper).aperture_m
+        bench.advance(0.5)
+        later = bench.read(gripper).aperture_m
+        assert abs(later - stopped) <= tolerance_m(gripper), (
+            f"after a command and stop() right behind it the fingers move from {stopped} m to {later} m in 0.5 s; let "
+            "stop() end what is under way, too"
         )
 
 

@@ -16,6 +16,10 @@ TOUCH_M = 0.030
 """Aperture at touch, m."""
 HELD_M = 0.0285
 """Held aperture, m."""
+THIN_M = 4e-4
+"""Aperture on a thin object, m."""
+FRAGILE_N = 0.5
+"""Normal force that a fragile object stands, N."""
 STROKE_M = 0.05
 """Stroke of the gripper, m."""
 ABSTAINS = Detection(None, math.nan, 0.5, 0.0)
@@ -41,6 +45,25 @@ def grip_inputs(name: Name) -> tuple[Given, ...]:
     seen = list(cycles(name))
     seen += [_later(seen[8], len(seen) + i) for i in range(RESTS)]
     return tuple((_grip(cycle, i, slips=name != "untouched" and 10 <= i < 20), WANTED) for i, cycle in enumerate(seen))
+
+
+@cache
+def nearly_closed_grips(name: Name) -> tuple[Given, ...]:
+    """Return `grip_inputs(name)` of a thin object: the fingers are nearly closed."""
+    touch_m = THIN_M + TOUCH_M - HELD_M
+    return tuple(
+        (replace(grip, commanded_m=THIN_M, measured_m=THIN_M, aperture_m=THIN_M, touch_m=touch_m), wanted)
+        for grip, wanted in grip_inputs(name)
+    )
+
+
+@cache
+def pressed_grips(name: Name) -> tuple[Given, ...]:
+    """Return `grip_inputs(name)` of a fragile object that is pressed by more than it stands."""
+    return tuple(
+        (replace(grip, normal_n=4 * FRAGILE_N), replace(wanted, fragile_n=FRAGILE_N))
+        for grip, wanted in grip_inputs(name)
+    )
 
 
 def sound_grips(name: Name) -> tuple[Given, ...]:

@@ -13,9 +13,20 @@ from lsds.testing.bench import Bench
 from lsds.testing.connecting import tolerance_m
 from lsds.testing.expect import assert_raises
 from lsds.testing.machine import a_command
+from lsds.testing.outcomes import NotApplicable
 
 _SOON_S = 0.2
 """An expiry long enough for a driver on a busy machine, and shorter than a slow motion."""
+_SMALL_STEPS = 5
+"""Steps of the resolution that a gripper has to make; chosen above the tolerance of two steps."""
+_SMALL_M = 5e-4
+"""Least such motion, m: above the tolerance of a gripper with a very fine resolution."""
+_RAMP_M_S = 0.05
+"""Speed to which an arm is accelerated, m/s; chosen."""
+_RAMP_M_S2 = 0.1
+"""Acceleration of that, m/s^2: it takes half a second."""
+_TURN_RAD_S = 0.2
+"""Rate at which an arm turns, rad/s; chosen."""
 
 
 def check_refuses_before_arm(bench: Bench) -> None:
@@ -33,7 +44,8 @@ def check_refuses_what_is_not_finite(bench: Bench) -> None:
             if bench.kind == "gripper":
                 commands = [replace(good, **{field: bad}) for field in ("aperture_m", "speed_m_s", "force_n")]
             else:
-                commands = [replace(good, twist=Twist((bad, 0.0, 0.0))), replace(good, acceleration_m_s2=bad)]
+                twists = (Twist((bad, 0.0, 0.0)), Twist(good.twist.linear_m_s, (0.0, 0.0, bad)))
+                commands = [*(replace(good, twist=twist) for twist in twists), replace(good, acceleration_m_s2=bad)]
             for command in commands:
                 assert_raises(partial(device.command, command), LimitExceeded, f"command({command})")
 
@@ -55,8 +67,10 @@ def check_gripper_sends_within_its_spec(bench: Bench) -> None:
             (spec.stroke_m * 5, spec.speed_m_s[1] * 5, spec.force_n[1] * 5),
             (-0.01, 0.0, 0.0),
         ]:
-            sent = gripper.command(GripperCommand(aperture, speed, force, bench.in_future()))
+            wish = GripperCommand(aperture, speed, force, bench.in_future())
+            sent = gripper.command(wish)
             asked = f"command({aperture} m, {speed} m/s, {force} N) returned {sent}"
+            _assert_same_expiry(wish, sent)
             assert -1e-9 <= sent.aperture_m <= spec.stroke_m + spec.resolution_m, (
                 f"{asked}: its aperture is outside of 0 to {spec.stroke_m} m; return what was sent, after limits"
             )
@@ -92,6 +106,41 @@ def check_gripper_reaches_what_was_sent(bench: Bench) -> None:
             f"the gripper went from its target {sent.aperture_m} m to {bench.read(gripper).aperture_m} m; "
             "hold the target"
         )
+        contact = bench.read(gripper).contact
+        assert contact is not Contact.CLOSING, (
+            f"contact is closing at rest at {sent.aperture_m} m in the air; report an object only while the fingers "
+            "press one"
+        )
+
+
+def check_gripper_makes_small_steps(bench: Bench) -> None:
+    """A command that differs by a few steps of the declared resolution moves the fingers by that much."""
+    with bench.device(Lifecycle.ARMED) as gripper:
+        spec = gripper.spec
+        aperture = spec.stroke_m * 0.8
+        for change in (0.0, -max(_SMALL_STEPS * spec.resolution_m, _SMALL_M)):
+            aperture += change
+            sent = gripper.command(GripperCommand(aperture, spec.speed_m_s[1], spec.force_n[1], bench.in_future()))
+            arrived = bench.settle(partial(_is_at, bench, gripper, sent), 5.0)
+            assert arrived, (
+                f"the gripper is at {bench.read(gripper).aperture_m} m 5 s after it was sent to {sent.aperture_m} m, "
+                f"{abs(change) * 1e3:.2f} mm away; move by every step of the declared resolution, {spec.resolution_m} m"
+            )
+
+
+def check_gripper_follows_a_newer_command(bench: Bench) -> None:
+    """A command that comes during a motion replaces it."""
+    with bench.device(Lifecycle.ARMED) as gripper:
+        spec = gripper.spec
+        wide = GripperCommand(spec.stroke_m * 0.9, spec.speed_m_s[1], spec.force_n[0], bench.in_future(10.0))
+        bench.settle(partial(_is_at, bench, gripper, gripper.command(wide)), 5.0)
+        gripper.command(replace(wide, aperture_m=0.0, speed_m_s=spec.speed_m_s[0], expires_ns=bench.in_future(10.0)))
+        bench.advance(_SOON_S)
+        sent = gripper.command(replace(wide, expires_ns=bench.in_future(10.0)))
+        assert bench.settle(partial(_is_at, bench, gripper, sent), 5.0), (
+            f"sent back to {sent.aperture_m} m while it closed, the gripper is at {bench.read(gripper).aperture_m} m "
+            "5 s later; carry out the newest command, also during a motion"
+        )
 
 
 def check_gripper_never_opens_on_failure(bench: Bench) -> None:
@@ -103,17 +152,23 @@ def check_gripper_never_opens_on_failure(bench: Bench) -> None:
         )
         bench.settle(lambda: _is_at(bench, gripper, sent), 3.0)
         held = bench.read(gripper).aperture_m
-        wide = GripperCommand(spec.stroke_m, spec.speed_m_s[1], spec.force_n[1], bench.in_future())
-        assert_raises(lambda: gripper.command(replace(wide, force_n=math.nan)), LimitExceeded, "command(force_n=nan)")
-        late = replace(wide, expires_ns=bench.clock.now() - 1)
-        assert_raises(lambda: gripper.command(late), CommandExpired, "command() 1 ns after its expiry")
-        for end in (gripper.stop, gripper.disarm):
-            end()
+
+        def assert_holds(when: str) -> None:
             bench.advance(0.5)
             now_m = bench.read(gripper).aperture_m
             assert now_m <= held + 2 * spec.resolution_m, (
-                f"the gripper opened from {held} to {now_m} m at {end.__name__}(); never open but by a command"
+                f"the gripper opened from {held} to {now_m} m at {when}; never open but by a command"
             )
+
+        wide = GripperCommand(spec.stroke_m, spec.speed_m_s[1], spec.force_n[1], bench.in_future())
+        assert_raises(lambda: gripper.command(replace(wide, force_n=math.nan)), LimitExceeded, "command(force_n=nan)")
+        assert_holds("a refused command")
+        late = replace(wide, expires_ns=bench.clock.now() - 1)
+        assert_raises(lambda: gripper.command(late), CommandExpired, "command() 1 ns after its expiry")
+        assert_holds("an expired command")
+        for end in (gripper.stop, gripper.disarm):
+            end()
+            assert_holds(f"{end.__name__}()")
 
 
 def check_gripper_finishes_after_expiry(bench: Bench) -> None:
@@ -144,6 +199,7 @@ def check_arm_sends_within_its_spec(bench: Bench) -> None:
                 Twist((0.0, 0.0, direction * spec.speed_m_s * 5)), spec.acceleration_m_s2 * 5, bench.in_future(_SOON_S)
             )
             sent = arm.command(asked)
+            _assert_same_expiry(asked, sent)
             speed, acceleration = math.hypot(*sent.twist.linear_m_s), sent.acceleration_m_s2
             assert speed <= spec.speed_m_s * 1.001, (
                 f"{asked} returned {speed} m/s, and the spec allows {spec.speed_m_s} m/s; return what was sent"
@@ -175,6 +231,64 @@ def check_arm_moves_as_sent(bench: Bench) -> None:
         )
 
 
+def check_arm_accelerates_as_sent(bench: Bench) -> None:
+    """The arm takes up speed with the acceleration that `command` returned, not in a jerk."""
+    with bench.device(Lifecycle.ARMED) as arm:
+        asked = ArmCommand(Twist((0.0, 0.0, _RAMP_M_S)), _RAMP_M_S2, bench.in_future(10.0))
+        sent = arm.command(asked)
+        wanted, ramp_s = sent.twist.linear_m_s[2], sent.twist.linear_m_s[2] / sent.acceleration_m_s2
+        slow = fast = None
+        for state in bench.samples(arm, ramp_s + 1.0):
+            speed = state.tcp_twist.linear_m_s[2]
+            slow = state.t_ns if speed < 0.1 * wanted else slow
+            if speed > 0.9 * wanted:
+                fast = state.t_ns
+                break
+        arm.stop()
+        if slow is None or fast is None:
+            return  # `check_arm_moves_as_sent` reports an arm that does not move.
+        took_s = (fast - slow) * 1e-9
+        assert took_s > 0.4 * ramp_s, (
+            f"the arm took up {wanted} m/s in {took_s:.3f} s, and {0.8 * ramp_s:.3f} s are due at "
+            f"{sent.acceleration_m_s2} m/s2; send the acceleration that is returned"
+        )
+
+
+def check_arm_turns_as_sent(bench: Bench) -> None:
+    """While commands are renewed, the arm turns at the rate that `command` returned."""
+    with bench.device(Lifecycle.ARMED) as arm:
+        start, wanted = bench.read(arm), math.nan
+        for _ in range(50):
+            asked = ArmCommand(Twist((0.0, 0.0, 0.0), (0.0, 0.0, _TURN_RAD_S)), 0.5, bench.in_future(0.1))
+            try:
+                wanted = arm.command(asked).twist.angular_rad_s[2]
+            except LimitExceeded as error:
+                raise NotApplicable(f"the arm does not turn: {error}") from error
+            bench.advance(0.01)
+        end = bench.read(arm)
+        due = wanted * (end.t_ns - start.t_ns) * 1e-9
+        same = sum(a * b for a, b in zip(start.tcp_pose.quaternion_xyzw, end.tcp_pose.quaternion_xyzw, strict=True))
+        turned = 2 * math.acos(min(abs(same), 1.0))
+        assert 0.6 * due <= turned <= 1.2 * due, (
+            f"the arm turned by {turned:.4f} rad, and {due:.4f} rad are due at {wanted} rad/s; return the rate that "
+            "was sent, and raise LimitExceeded if the arm cannot turn"
+        )
+
+
+def check_arm_obeys_the_newest_expiry(bench: Bench) -> None:
+    """The expiry of a command that was replaced does not stop the newer one."""
+    with bench.device(Lifecycle.ARMED) as arm:
+        arm.command(a_command(bench, bench.in_future(_SOON_S)))
+        bench.advance(0.05)
+        wanted = arm.command(a_command(bench, bench.in_future(10.0))).twist.linear_m_s[2]
+        bench.advance(_SOON_S + 0.5)
+        speed = bench.read(arm).tcp_twist.linear_m_s[2]
+        assert speed > 0.5 * wanted, (
+            f"the arm moves at {speed} m/s, and {wanted} m/s were sent for 10 s; forget the expiry of the command "
+            "before"
+        )
+
+
 def check_arm_rests_after_expiry(bench: Bench) -> None:
     """Without a newer command the arm decelerates to rest after the expiry, and reports it."""
     with bench.device(Lifecycle.ARMED) as arm:
@@ -202,6 +316,21 @@ def check_arm_rests_after_stop(bench: Bench) -> None:
         bench.advance(1.0)
         speed = math.hypot(*bench.read(arm).tcp_twist.linear_m_s)
         assert speed < 1e-3, f"the arm still moves with {speed} m/s, 1 s after stop(); end the motion in stop()"
+        # A command that is still under way must not start it again.
+        arm.command(a_command(bench, bench.in_future(10.0)))
+        arm.stop()
+        bench.advance(1.0)
+        speed = math.hypot(*bench.read(arm).tcp_twist.linear_m_s)
+        assert speed < 1e-3, (
+            f"the arm moves with {speed} m/s, 1 s after a command and stop() right behind it; let stop() end what is "
+            "under way, too"
+        )
+
+
+def _assert_same_expiry(asked: GripperCommand | ArmCommand, sent: GripperCommand | ArmCommand) -> None:
+    assert sent.expires_ns == asked.expires_ns, (
+        f"a command that expires at {asked.expires_ns} ns came back with {sent.expires_ns} ns; keep its expires_ns"
+    )
 
 
 def _is_at(bench: Bench, gripper: Gripper, sent: GripperCommand) -> bool:
@@ -218,6 +347,8 @@ GRIPPER_CHECKS = (
     *COMMAND_CHECKS,
     check_gripper_sends_within_its_spec,
     check_gripper_reaches_what_was_sent,
+    check_gripper_makes_small_steps,
+    check_gripper_follows_a_newer_command,
     check_gripper_never_opens_on_failure,
     check_gripper_finishes_after_expiry,
 )
@@ -225,6 +356,9 @@ ARM_CHECKS = (
     *COMMAND_CHECKS,
     check_arm_sends_within_its_spec,
     check_arm_moves_as_sent,
+    check_arm_accelerates_as_sent,
+    check_arm_turns_as_sent,
+    check_arm_obeys_the_newest_expiry,
     check_arm_rests_after_expiry,
     check_arm_rests_after_stop,
 )

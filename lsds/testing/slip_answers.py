@@ -12,7 +12,7 @@ import numpy as np
 from lsds.contracts import Detection, Observation, SlipEstimate
 from lsds.testing.bench import Bench
 from lsds.testing.feeding import build
-from lsds.testing.stimulus import Name, degraded, observations
+from lsds.testing.stimulus import Name, degraded, later, observations
 
 SEQUENCES: tuple[Name, ...] = ("untouched", "slides", "turns")
 FASTEST_M_S = 1.0
@@ -23,6 +23,8 @@ LIKELY_CONFIDENCE = 0.5
 """Minimum confidence of a slip that is reported as likely."""
 STILL_M_S = 0.01
 """Maximum median estimate for a gel without contact, m/s; chosen."""
+LEAST_APART_M_S = 1e-3
+"""Difference of speed and velocity that two outputs of one model may have, m/s; chosen."""
 STILL_RAD_S = 2.0
 """Maximum median estimate for a gel without contact, rad/s; chosen."""
 
@@ -33,8 +35,9 @@ def check_detections_are_sound(bench: Bench) -> None:
 
 
 def check_detector_survives_what_is_lacking(bench: Bench) -> None:
-    """NaN and lost markers never raise, and give an abstention or a sound answer, then as before in the next frame."""
+    """NaN and lost markers never raise, and give an abstention or a sound answer; sound frames are answered again."""
     _assert_sound(_degraded(bench), _problem_of_detection)
+    _assert_recovers(bench, lambda detection: detection.slip is not None)
 
 
 def check_detector_claims_no_slip_of_nothing(bench: Bench) -> None:
@@ -57,8 +60,9 @@ def check_estimates_are_sound(bench: Bench) -> None:
 
 
 def check_estimator_survives_what_is_lacking(bench: Bench) -> None:
-    """NaN and lost markers never raise, and give an abstention or a sound answer, then as before in the next frame."""
+    """NaN and lost markers never raise, and give an abstention or a sound answer; sound frames are answered again."""
     _assert_sound(_degraded(bench), _problem_of_estimate)
+    _assert_recovers(bench, lambda estimate: not estimate.abstained)
 
 
 def check_estimator_finds_no_slip_of_nothing(bench: Bench) -> None:
@@ -75,6 +79,22 @@ def _assert_sound(answers: Iterator[tuple[str, Any]], problem_of: Callable[[Any]
         assert not problem, f"{where}: {problem}"
 
 
+def _assert_recovers(bench: Bench, answers: Callable[[Any], bool]) -> None:
+    """Assert that an algorithm that answers a sequence also answers it after a frame that lacks something."""
+    sound = observations("slides")
+    for what, lacking in (("nothing", None), *degraded().items()):
+        algorithm = build(bench)
+        for observation in (*sound, *([] if lacking is None else [later(lacking, len(sound))])):
+            algorithm.update(observation)
+        answered = [answers(algorithm.update(later(observation, len(sound) + 1))) for observation in sound]
+        if lacking is None and not any(answered):
+            return  # It does not answer this sequence at all.
+        assert any(answered), (
+            f"after {what} it abstains for {len(sound)} sound frames, which it answers otherwise; let no value of a "
+            "frame that lacks something stay in the state"
+        )
+
+
 def _assert_still(what: str, estimates: Sequence[SlipEstimate]) -> None:
     estimated = [estimate for estimate in estimates if not estimate.abstained]
     if 2 * len(estimated) <= len(estimates):
@@ -82,10 +102,12 @@ def _assert_still(what: str, estimates: Sequence[SlipEstimate]) -> None:
     speed = float(np.median([estimate.speed_m_s for estimate in estimated]))
     rate = float(np.median([abs(estimate.angular_rad_s) for estimate in estimated]))
     assert speed < STILL_M_S, (
-        f"{what}, and the median estimate is {speed:.3g} m/s (limit {STILL_M_S}); abstain: return ABSTAINED"
+        f"{what}, and the median estimate is {speed:.3g} m/s (limit {STILL_M_S}); abstain (return ABSTAINED), and use "
+        "metres per second"
     )
     assert not rate >= STILL_RAD_S, (
-        f"{what}, and the median estimate is {rate:.3g} rad/s (limit {STILL_RAD_S}); abstain: return ABSTAINED"
+        f"{what}, and the median estimate is {rate:.3g} rad/s (limit {STILL_RAD_S}); abstain (return ABSTAINED), and "
+        "use radians per second"
     )
 
 
@@ -130,9 +152,19 @@ def _problem_of_detection(detection: Any) -> str:
         return f"probability is {detection.probability!r}; it must be in [0, 1], or NaN if the detector estimates none"
     if not _is_number(detection.score) or (detection.slip is not None and not math.isfinite(detection.score)):
         return f"slip is {detection.slip} by a score of {detection.score!r}; it must be finite (or abstain: slip=None)"
+    if detection.slip is not None and _contradicts(detection):
+        return (
+            f"slip is {detection.slip} with a score of {detection.score:.3g} and a threshold of "
+            f"{detection.threshold:.3g}; report slip above the threshold, and none below"
+        )
     if not _is_number(detection.threshold) or not math.isfinite(detection.threshold):
         return f"threshold is {detection.threshold!r}; it must be finite"
     return ""
+
+
+def _contradicts(detection: Detection) -> bool:
+    above = detection.score > detection.threshold
+    return detection.score != detection.threshold and bool(detection.slip) != above
 
 
 def _problem_of_estimate(estimate: Any) -> str:
@@ -154,6 +186,11 @@ def _problem_of_estimate(estimate: Any) -> str:
             return f"{name} is {value:.3g} and must be below {FASTEST_M_S} m/s here (8 mm/s are shown); use metres"
     if estimate.speed_m_s < 0:
         return f"speed_m_s is {estimate.speed_m_s:.3g}; it must not be negative"
+    if _disagrees(estimate):
+        return (
+            f"speed_m_s is {estimate.speed_m_s:.3g}, and velocity_m_s {estimate.velocity_m_s} is "
+            f"{math.hypot(*estimate.velocity_m_s):.3g} m/s; report one motion by both"
+        )
     rate = estimate.angular_rad_s
     if not _is_number(rate) or abs(rate) >= FASTEST_RAD_S:
         return f"angular_rad_s is {rate!r} and must be below {FASTEST_RAD_S} rad/s here; use radians"
@@ -163,6 +200,15 @@ def _problem_of_estimate(estimate: Any) -> str:
     if math.isfinite(rate) and not (_is_number(estimate.angular_std_rad_s) and estimate.angular_std_rad_s > 0):
         return f"angular_std_rad_s is {estimate.angular_std_rad_s!r}; one sigma is positive"
     return _problem_of_covariance(getattr(estimate, "covariance", None))
+
+
+def _disagrees(estimate: SlipEstimate) -> bool:
+    """Whether speed and velocity differ by more than their standard deviations and a model's two outputs allow."""
+    stds = (*estimate.velocity_std_m_s, estimate.speed_std_m_s)
+    if not all(_is_number(std) and math.isfinite(std) for std in stds):
+        return False
+    apart = abs(estimate.speed_m_s - math.hypot(*estimate.velocity_m_s))
+    return apart > 3 * math.hypot(*stds) + LEAST_APART_M_S
 
 
 def _problem_of_covariance(covariance: Any) -> str:

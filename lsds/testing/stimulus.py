@@ -107,6 +107,14 @@ def degraded() -> dict[str, Observation]:
     }
 
 
+def later(observation: Observation, frames: int) -> Observation:
+    """Return an observation as if it was seen a number of frames later."""
+    t_ns, seq = observation.t_ns + frames * FRAME_NS, observation.seq + frames
+    image = observation.frame
+    frame = None if image is None else Frame(image.image, t_ns, seq)
+    return replace(observation, t_ns=t_ns, seq=seq, frame=frame)
+
+
 def _scenes(name: Name) -> list[Scene]:
     grid = grid_px()
     rng = np.random.default_rng([3, *name.encode()])

@@ -22,10 +22,34 @@ NEAR_PX = 1.0
 """Maximum distance of a followed marker from its true position, px; chosen."""
 SHIFTS = ((1, 0), (2, 1), (2, 2), (1, 3), (0, 2), (-1, 1), (-2, 0), (-1, -1), (0, 0))
 """Path of the grid in steps."""
+GRID_SHARE = 0.5
+"""Maximum distance of a marker of the reference from the place of its cell, in pitches; chosen."""
 LEAST_FOLLOWED_SHARE = 0.5
 """Share of the markers that is followed in a clear frame."""
 HIDDEN = np.isin(np.arange(63), (11, 16, 30, 40, 47, 51))
 """The markers that are hidden in some frames."""
+
+
+def check_reference_is_a_grid(bench: Bench) -> None:
+    """The reference's positions are those of its cells, by its pitch and its axes, in an image of its size."""
+    reference = build(bench).start(rest_frame(), SPEC.pad)
+    assert reference.image_size == (SPEC.width_px, SPEC.height_px), (
+        f"image_size is {reference.image_size}; it is (width, height), {(SPEC.width_px, SPEC.height_px)} here"
+    )
+    cell = np.asarray(reference.cell)
+    assert ((cell >= 0) & (cell < np.array(reference.shape))).all(), (
+        f"shape is {reference.shape} and a cell is {cell.max(axis=0).tolist()}; both are (rows, columns), from zero"
+    )
+    assert len(np.unique(cell, axis=0)) == reference.count, "two markers have the same cell; give each its own"
+    steps = cell[:, ::-1] * np.array(reference.pitch_px)
+    laid_out = steps @ np.asarray(reference.axes, float)
+    off = reference.xy_px - laid_out
+    worst = float(np.abs(off - np.median(off, axis=0)).max())
+    limit = GRID_SHARE * min(reference.pitch_px)
+    assert worst < limit, (
+        f"a marker is {worst:.1f} px from the place of its cell (limit {limit:.1f} px); cell is (row, column), "
+        "pitch_px (along columns, along rows), and axes the directions of the grid's x and y in the image"
+    )
 
 
 def check_tracks_are_sound(bench: Bench) -> None:
@@ -170,6 +194,7 @@ def _odd_images() -> dict[str, Frame]:
 
 
 TRACKER_CHECKS = (
+    check_reference_is_a_grid,
     check_tracks_are_sound,
     check_follows_a_shifted_grid,
     check_flags_what_is_lost,

@@ -157,24 +157,31 @@ class HonestGripper(Honest):
 
 
 class Wrist:
-    """The TCP of the world: it moves along z at a velocity until an expiry."""
+    """The TCP of the world: it moves along z, and turns about it, at a velocity until an expiry."""
+
+    STEP_NS = 1_000_000
 
     def __init__(self, clock):
         self.clock = clock
-        self.z_m = 0.3
-        self.speed_m_s, self.at_ns, self.expires_ns = 0.0, 0, 0
+        self.z_m, self.angle_rad = 0.3, 0.0
+        self.speed_m_s, self.wanted_m_s, self.acceleration_m_s2 = 0.0, 0.0, 0.5
+        self.rate_rad_s, self.at_ns, self.expires_ns = 0.0, 0, 0
 
     def advance(self):
-        now = self.clock.now()
-        end = min(now, max(self.expires_ns, self.at_ns))
-        self.z_m += self.speed_m_s * (end - self.at_ns) * 1e-9
-        if now > end:
-            self.speed_m_s = 0.0
-        self.at_ns = now
+        while self.at_ns < self.clock.now():
+            step_ns = min(self.STEP_NS, self.clock.now() - self.at_ns)
+            self.at_ns += step_ns
+            if self.at_ns > self.expires_ns:
+                self.wanted_m_s = self.rate_rad_s = 0.0
+            change = self.acceleration_m_s2 * step_ns * 1e-9
+            self.speed_m_s += min(max(self.wanted_m_s - self.speed_m_s, -change), change)
+            self.z_m += self.speed_m_s * step_ns * 1e-9
+            self.angle_rad += self.rate_rad_s * step_ns * 1e-9
 
-    def go(self, speed_m_s, expires_ns):
+    def go(self, speed_m_s, expires_ns, acceleration_m_s2=0.5, rate_rad_s=0.0):
         self.advance()
-        self.speed_m_s, self.expires_ns = speed_m_s, expires_ns
+        self.wanted_m_s, self.expires_ns = speed_m_s, expires_ns
+        self.acceleration_m_s2, self.rate_rad_s = acceleration_m_s2, rate_rad_s
 
 
 class HonestArm(Honest):
@@ -193,20 +200,25 @@ class HonestArm(Honest):
         return ArmState(t_ns, seq, self.pose(), Twist((0.0, 0.0, self.wrist.speed_m_s)))
 
     def pose(self):
-        return Pose((0.4, 0.0, self.wrist.z_m))
+        half = self.wrist.angle_rad / 2
+        return Pose((0.4, 0.0, self.wrist.z_m), (0.0, 0.0, math.sin(half), math.cos(half)))
 
     def command(self, command):
         numbers = (*command.twist.linear_m_s, *command.twist.angular_rad_s, command.acceleration_m_s2)
         self.accept(numbers, command.expires_ns)
         sent = self.limited(command)
-        self.wrist.go(sent.twist.linear_m_s[2], sent.expires_ns)
+        self.move(sent)
         return sent
+
+    def move(self, sent):
+        self.wrist.go(sent.twist.linear_m_s[2], sent.expires_ns, sent.acceleration_m_s2, sent.twist.angular_rad_s[2])
 
     def limited(self, command):
         limit = self.spec.speed_m_s
         speed = min(max(command.twist.linear_m_s[2], -limit), limit)
         acceleration = min(command.acceleration_m_s2, self.spec.acceleration_m_s2)
-        return ArmCommand(Twist((0.0, 0.0, speed)), acceleration, command.expires_ns)
+        twist = Twist((0.0, 0.0, speed), (0.0, 0.0, command.twist.angular_rad_s[2]))
+        return ArmCommand(twist, acceleration, command.expires_ns)
 
 
 class HonestPoses(Honest):

@@ -30,6 +30,27 @@ class Blurred(HonestDetector):
         return replace(found, score=found.score + self.extra(observation))
 
 
+@caught("detector", slip_answers.check_detections_are_sound, "report slip above the threshold, and none below")
+class DecidesAgainstItsScore(HonestDetector):
+    def update(self, observation):
+        found = super().update(observation)
+        return found if found.slip is None else replace(found, slip=not found.slip)
+
+
+@caught("detector", slip_answers.check_detector_survives_what_is_lacking, "let no value of a frame that lacks")
+class SmoothsNanForEver(HonestDetector):
+    def reset(self):
+        super().reset()
+        self.smooth = 0.0
+
+    def update(self, observation):
+        # The features of a first frame lack their velocities only.
+        known = observation.features.values[np.isfinite(observation.features.values)]
+        self.smooth = 0.7 * self.smooth + 0.3 * (float(known.mean()) if len(known) else math.nan)
+        found = super().update(observation)
+        return found if math.isfinite(self.smooth) else Detection(None, math.nan, 4e-3, 0.0)
+
+
 @caught("detector", every.check_reset_equals_a_new_build, "after reset")
 class KeepsStateOverReset(HonestDetector):
     def reset(self):

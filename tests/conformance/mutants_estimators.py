@@ -30,6 +30,25 @@ class SigmaOfZero(HonestEstimator):
         return bent(super().update(observation), velocity_std_m_s=(0.0, 0.0))
 
 
+@caught("estimator", slip_answers.check_estimates_are_sound, "report one motion by both")
+class SpeedInAnotherUnit(HonestEstimator):
+    def update(self, observation):
+        found = super().update(observation)
+        return bent(found, speed_m_s=10 * found.speed_m_s)
+
+
+@caught("estimator", slip_answers.check_estimator_survives_what_is_lacking, "let no value of a frame that lacks")
+class AbstainsForEverAfterNan(HonestEstimator):
+    def update(self, observation):
+        found = super().update(observation)
+        self.lost = getattr(self, "lost", False) or bool(np.isnan(observation.features.values).all())
+        return ABSTAINED if self.lost else found
+
+    def reset(self):
+        super().reset()
+        self.lost = False
+
+
 @dataclass(frozen=True)
 class WithCovariance(SlipEstimate):
     covariance: tuple = ()

@@ -10,7 +10,7 @@ from honest_devices import HonestArm, HonestGripper
 
 from lsds.contracts import ArmSpec, Contact, Pose, Twist
 from lsds.errors import LsdsError
-from lsds.testing import arm_state, connecting, gripper_state, motion, specs, unplugged
+from lsds.testing import arm_state, connecting, gripper_state, motion, specs, stamps, unplugged
 
 CONNECTS = connecting.check_connect_moves_nothing
 CLOSES = connecting.check_close_ends_motion
@@ -94,6 +94,111 @@ class OpensOnARefusal(HonestGripper):
         except LsdsError:
             self.fingers.go(0.05, 0.1)
             raise
+
+
+@caught_device("gripper", motion.check_gripper_never_opens_on_failure, "opened from .* at a refused command")
+class OpensOnARefusalUntilItIsStopped(HonestGripper):
+    def accept(self, numbers, expires_ns):
+        try:
+            super().accept(numbers, expires_ns)
+        except LsdsError:
+            self.fingers.go(0.05, 0.1)
+            raise
+
+
+@caught_device("gripper", motion.check_gripper_makes_small_steps, "0.50 mm away; move by every step")
+class IgnoresSmallSteps(HonestGripper):
+    def command(self, command):
+        before = self.fingers.target_m, self.fingers.speed_m_s
+        sent = super().command(command)
+        if abs(sent.aperture_m - self.fingers.aperture_m()) < 2e-3:
+            self.fingers.go(*before)
+        return sent
+
+
+@caught_device("gripper", motion.check_gripper_follows_a_newer_command, "carry out the newest command, also during")
+class FinishesEveryMotion(HonestGripper):
+    def command(self, command):
+        busy = self.fingers.aperture_m() != self.fingers.target_m
+        target, speed = self.fingers.target_m, self.fingers.speed_m_s
+        sent = super().command(command)
+        if busy:
+            self.fingers.go(target, speed)
+        return sent
+
+
+class LateGripper(HonestGripper):
+    """Starts a motion 10 ms after its command, as over a line."""
+
+    def command(self, command):
+        here = self.fingers.aperture_m()
+        sent = super().command(command)
+        self.due = self.clock.now() + 10_000_000, sent
+        self.fingers.go(here, 0.1)
+        return sent
+
+    def begin(self):
+        due = getattr(self, "due", None)
+        if due is not None and self.clock.now() >= due[0]:
+            self.due = None
+            self.fingers.go(due[1].aperture_m, due[1].speed_m_s)
+
+    def read(self):
+        self.begin()
+        return super().read()
+
+    def halt(self):
+        self.begin()
+        super().halt()
+
+
+@caught_device("gripper", gripper_state.check_gripper_stops, r"stop\(\) right behind it the fingers move from")
+class StartsAfterStop(LateGripper):
+    pass
+
+
+@caught_device("gripper", SENDS, "came back with .* ns; keep its expires_ns")
+class ProlongsCommands(HonestGripper):
+    def command(self, command):
+        sent = super().command(command)
+        return replace(sent, expires_ns=sent.expires_ns + 60 * 10**9)
+
+
+@caught_device("gripper", REPORTS, "moving is false at .* on the way to")
+class ReportsArrivalEarly(HonestGripper):
+    def read(self):
+        state = super().read()
+        return replace(state, moving=state.moving and abs(state.aperture_m - state.target_m) > 5e-3)
+
+
+@caught_device("gripper", REPORTS, "contact is closing at .* while the fingers move in the air")
+class FeelsItsOwnMotion(HonestGripper):
+    def read(self):
+        state = super().read()
+        return replace(state, contact=Contact.CLOSING if state.moving else Contact.NONE)
+
+
+@caught_device("gripper", motion.check_gripper_reaches_what_was_sent, "contact is closing at rest at 0.04 m in the air")
+class FeelsAnObjectWhenNotOpen(HonestGripper):
+    def read(self):
+        state = super().read()
+        shut = not state.moving and state.aperture_m < 0.045
+        return replace(state, contact=Contact.CLOSING if shut else Contact.NONE)
+
+
+@caught_device("gripper", REPORTS, "move at the speed that is returned")
+class AlwaysAtFullSpeed(HonestGripper):
+    def command(self, command):
+        sent = super().command(command)
+        self.fingers.go(sent.aperture_m, self.spec.speed_m_s[1])
+        return sent
+
+
+@caught_device("gripper", stamps.check_number_and_time_go_up_together, "a sequence number went back")
+class CountsInOneByte(HonestGripper):
+    def sampled(self):
+        t_ns, seq = super().sampled()
+        return t_ns, seq % 256
 
 
 @caught_device("gripper", REPORTS, "moving is true in 0 of")
@@ -291,6 +396,44 @@ class NoTwist(HonestArm):
 class MovesDown(HonestArm):
     def pose(self):
         return Pose((0.4, 0.0, 0.6 - self.wrist.z_m))
+
+
+@caught_device("arm", motion.check_refuses_what_is_not_finite, "did not raise LimitExceeded")
+class TakesANanTurn(HonestArm):
+    def command(self, command):
+        turns = math.isfinite(command.twist.angular_rad_s[2])
+        return super().command(command if turns else replace(command, twist=Twist(command.twist.linear_m_s)))
+
+
+@caught_device("arm", motion.check_arm_accelerates_as_sent, "send the acceleration that is returned")
+class Jerks(HonestArm):
+    def move(self, sent):
+        super().move(replace(sent, acceleration_m_s2=50.0))
+
+
+@caught_device("arm", motion.check_arm_turns_as_sent, "return the rate that was sent")
+class TurnsInDegrees(HonestArm):
+    def move(self, sent):
+        super().move(replace(sent, twist=Twist(sent.twist.linear_m_s, (0.0, 0.0, 57.3 * sent.twist.angular_rad_s[2]))))
+
+
+@caught_device("arm", motion.check_arm_obeys_the_newest_expiry, "forget the expiry of the command before")
+class KeepsTheFirstExpiry(HonestArm):
+    def move(self, sent):
+        first = self.wrist.expires_ns if self.wrist.expires_ns > self.clock.now() else sent.expires_ns
+        super().move(replace(sent, expires_ns=min(first, sent.expires_ns)))
+
+
+@caught_device("arm", motion.check_arm_rests_after_stop, r"1 s after a command and stop\(\) right behind it")
+class GoesOnWithWhatIsUnderWay(HonestArm):
+    def move(self, sent):
+        super().move(sent)
+        self.sent, self.sent_ns = sent, self.clock.now()
+
+    def halt(self):
+        super().halt()
+        if self.clock.now() == getattr(self, "sent_ns", -1):
+            super().move(self.sent)
 
 
 @caught_device("arm", motion.check_arm_rests_after_expiry, "still moving")

@@ -55,6 +55,27 @@ class ClosesBelowZero(HonestController):
         return grip.commanded_m - 10 * 8e-3 if grip.detection.slip else super().update(grip, wanted)
 
 
+@caught("controller", corrections.check_apertures_are_sound, "nearly closed, frame .*outside of the stroke")
+class ClosesAThinObjectBelowZero(HonestController):
+    def update(self, grip, wanted):
+        return grip.commanded_m - 1e-3 if grip.detection.slip else super().update(grip, wanted)
+
+
+@caught("controller", corrections.check_opens_only_as_declared, "a slide is wanted, frame 0: it opens")
+class OpensForASlide(HonestController):
+    may_open = False
+
+    def update(self, grip, wanted):
+        if wanted.slide is not None:
+            return grip.commanded_m + 5e-3
+        return None
+
+
+@caught("controller", corrections.check_limits_force_as_declared, "keep to wanted.fragile_n")
+class ClaimsToLimitForce(HonestController):
+    limits_force = True
+
+
 @caught("controller", corrections.check_apertures_are_sound, "outside of the stroke")
 class AnswersInTicks(HonestController):
     def update(self, grip, wanted):

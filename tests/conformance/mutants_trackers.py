@@ -14,6 +14,43 @@ from lsds.testing import algorithms as every
 from lsds.testing import tracks
 
 
+class OtherReference(HonestTracker):
+    """Describes the grid wrongly, and follows it well."""
+
+    def start(self, frame, pad=None):
+        return replace(super().start(frame, pad), **self.described(self.reference))
+
+
+@caught("tracker", tracks.check_reference_is_a_grid, "cell is .row, column.")
+class ColumnBeforeRow(OtherReference):
+    def described(self, reference):
+        return {"cell": reference.cell[:, ::-1], "shape": reference.shape[::-1]}
+
+
+@caught("tracker", tracks.check_reference_is_a_grid, r"both are \(rows, columns\)")
+class ShapeIsColumnsRows(OtherReference):
+    def described(self, reference):
+        return {"shape": reference.shape[::-1]}
+
+
+@caught("tracker", tracks.check_reference_is_a_grid, "pitch_px .along columns, along rows.")
+class TwiceThePitch(OtherReference):
+    def described(self, reference):
+        return {"pitch_px": (reference.pitch_px[0], 2 * reference.pitch_px[1])}
+
+
+@caught("tracker", tracks.check_reference_is_a_grid, "px from the place of its cell")
+class AxesPointBack(OtherReference):
+    def described(self, reference):
+        return {"axes": -reference.axes}
+
+
+@caught("tracker", tracks.check_reference_is_a_grid, "image_size is .240, 320.; it is .width, height.")
+class ImageSizeIsHeightWidth(OtherReference):
+    def described(self, reference):
+        return {"image_size": reference.image_size[::-1]}
+
+
 @caught("tracker", tracks.check_follows_a_shifted_grid, "keep the order of the reference")
 class SwapsTwoMarkers(HonestTracker):
     def update(self, frame):
