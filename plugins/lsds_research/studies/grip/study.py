@@ -91,7 +91,7 @@ class GripStudy:
             sensitivity.COLUMNS if varied else _COLUMNS,
             table,
             None if varied else partial(plot_grip, rows=rows),
-            [EXPLAINED, *([sensitivity.EXPLAINED] if varied else [])],
+            [EXPLAINED, *_within_validity(found, rows, options), *([sensitivity.EXPLAINED] if varied else [])],
             {"runs": rows, "failures": failures, "figures_are": "simulated", "seed": self._seed},
             warnings=[f"failed: {name}: {reason}" for name, reason in failures.items()],
         )
@@ -151,6 +151,19 @@ def _holdable(found: Mapping[str, Row]) -> list[Row]:
     """Return the lifts by controllers of those objects that a firm grip has held."""
     held = {row["object"] for row in found.values() if row["controller"] == OFF and row["held"]}
     return [row for row in found.values() if row["controller"] != OFF and row["object"] in held]
+
+
+def _within_validity(found: Mapping[str, Row], rows: Sequence[Row], options: GripOptions) -> list[str]:
+    """Return how many of the random objects are held that a firm grip holds within the model's validity."""
+    if not options.random:
+        return []
+    firm = [row for row in found.values() if row["controller"] == OFF and row["held"]]
+    valid = {row["object"] for row in firm if row["outcome"] != Outcome.OUTSIDE}
+    counts = []
+    for who in sorted({row["controller"] for row in rows}):
+        own = [row for row in rows if row["controller"] == who and row["object"] in valid]
+        counts.append(f"{who} {sum(row['held'] for row in own)} of {len(own)}")
+    return [f"objects that a firm grip holds within the model's validity: held by {', '.join(counts)}"]
 
 
 def _title(options: GripOptions, rows: Sequence[Row]) -> str:
