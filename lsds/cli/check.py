@@ -16,6 +16,14 @@ if TYPE_CHECKING:
     from lsds.registry.host import PluginHost
     from lsds.testing import Bench, CheckResult
 
+MEASURED_BY = {
+    "detector": "lsds study slip RECORDINGS --detector {name}, lsds study loop --pair {name}+ESTIMATOR",
+    "estimator": "lsds study slip RECORDINGS --estimator {name}, lsds study loop --pair DETECTOR+{name}",
+    "tracker": "lsds study loop --tracker {name}",
+    "controller": "lsds study grip --controller {name}",
+}
+"""Commands that measure an algorithm which keeps its contract."""
+
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.argument("backend", metavar="KIND:NAME")
@@ -199,6 +207,8 @@ def _report(bench: Bench, results: list[CheckResult], json_file: str | None) -> 
     click.echo("\n" + ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count))
     for line in skipped:
         click.echo(line)
+    if bench.kind in MEASURED_BY and not counts["failed"]:
+        click.echo(f"the checks do not measure accuracy: {MEASURED_BY[bench.kind].format(name=bench.name)}")
 
 
 def _causes(results: list[CheckResult]) -> list[tuple[list[str], str]]:

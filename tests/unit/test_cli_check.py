@@ -153,6 +153,13 @@ def test_faults_wire_mocks_studies_and_commands_are_checked(capsys, monkeypatch,
     assert " passed" in capsys.readouterr().out
 
 
+def test_a_sound_algorithm_is_not_an_accurate_one(capsys, monkeypatch):
+    monkeypatch.setattr(module, "host_of", lambda ctx: installed_host())
+    assert main(["check", "detector:threshold", "--only", "detections_are_sound"]) == 0
+    out = capsys.readouterr().out
+    assert "the checks do not measure accuracy: lsds study slip RECORDINGS --detector threshold" in out
+
+
 def test_checking_a_command_does_not_run_it(capsys, monkeypatch):
     host = PluginHost(entry_points=[])
     host.register(plugin(BackendSpec("command", "runs", "test_cli_check:runs", summary="run")), distribution="acme")
