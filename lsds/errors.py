@@ -184,6 +184,10 @@ class DataError(LsdsError):
     exit_code = 5
 
 
+class CutOff(DataError):
+    """A recording ends too early: its writing or copying was interrupted. The frames before are valid."""
+
+
 class ModelError(LsdsError):
     """A trained model cannot be loaded or does not fit the features it is given."""
 

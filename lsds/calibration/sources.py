@@ -11,7 +11,7 @@ from lsds.calibration.watched import Phase, WatchedPhase
 from lsds.clock import VirtualClock, nanoseconds
 from lsds.config.own import own_section
 from lsds.contracts import BuildContext
-from lsds.errors import ConfigError, ConfigIssue, DataError, LsdsError, naming
+from lsds.errors import ConfigError, ConfigIssue, CutOff, DataError, LsdsError, naming
 from lsds.registry import PluginHost
 from lsds.runtime.engine import Engine
 from lsds.runtime.rig import Rig
@@ -58,11 +58,11 @@ def watched_recording(
     config: Path | None,
     overrides: Sequence[str],
     detectors: Mapping[str, Detector],
-    say: Callable[[str], object],
+    warn: Callable[[str], object],
 ) -> WatchedPhase:
     """Watch a recording: a video, a folder of images, or a pattern. Raises DataError that names it.
 
-    Of a recording that is cut off, the frames before the cut are used, and `say` gets a warning.
+    Of a recording that is cut off, the frames before the cut are used, and `warn` gets a line about it.
     """
     watched = WatchedPhase(source, phase)
     for detector in detectors.values():
@@ -72,9 +72,9 @@ def watched_recording(
         for cycle in engine:
             watched.take(cycle, detectors, engine.perception.metres_per_px)
     except LsdsError as error:
-        if not (isinstance(error, DataError) and len(watched)):
+        if not (isinstance(error, CutOff) and len(watched)):
             raise DataError(naming(source, error)) from error
-        say(f"warning: {naming(source, error)}; the {len(watched)} frames before it are used")
+        warn(f"warning: {naming(source, error)}; the {len(watched)} frames before it are used")
     if not len(watched):
         raise DataError(f"{source}: no usable frame after the reference")
     return watched

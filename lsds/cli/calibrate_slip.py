@@ -175,12 +175,14 @@ def _recorded(
 
     watched: list[WatchedPhase] = []
     warnings: list[str] = []
-    with Progress("watching the recordings") as progress:
-        for done, (phase, name) in enumerate(recordings):
-            progress.to(done, len(recordings))
-            watched.append(watched_recording(name, phase, config, overrides, detectors, warnings.append))
-    for line in warnings:
-        click.echo(line, err=True)
+    try:
+        with Progress("watching the recordings") as progress:
+            for done, (phase, name) in enumerate(recordings):
+                progress.to(done, len(recordings))
+                watched.append(watched_recording(name, phase, config, overrides, detectors, warnings.append))
+    finally:
+        for line in warnings:
+            click.echo(line, err=True)
     return watched
 
 

@@ -173,6 +173,7 @@ class _Lift:
         self.needed_n: float = figures["required_normal_force_n"] or 0.0
         self.delay_s: float | None = figures["detection"]["onset_delay_s"]
         self.invalid = "; ".join((figures["simulation"] or {}).get("invalid", ()))
+        self.first_n = 0.0
         self.peak_n, self.force_limit_n = self._forces()
         first_m = self.truths[0].aperture_m if self.truths else 0.0
         self.opened_m = max((t.aperture_m for t in self.truths), default=0.0) - first_m
@@ -185,9 +186,9 @@ class _Lift:
         if fragile_n is not None:
             return max((t.normal_force_n for t in self.every), default=0.0), fragile_n
         # The squeeze of the job itself, before the load, is no failure of the controller.
-        first_n = self.lifted[0].normal_force_n if self.lifted else 0.0
+        self.first_n = self.lifted[0].normal_force_n if self.lifted else 0.0
         peak_n = max((t.normal_force_n for t in self.lifted), default=0.0)
-        return peak_n, self.config.task.max_grip_ratio * max(self.needed_n, first_n, LEAST_FORCE_N)
+        return peak_n, self.config.task.max_grip_ratio * max(self.needed_n, self.first_n, LEAST_FORCE_N)
 
     def _slip_margin(self) -> float | None:
         if not self.truths or self.ending.slip_wanted:
@@ -325,9 +326,9 @@ def _why_crushed(lift: _Lift) -> str:
     if lift.config.task.fragile_n is not None:
         return f"{peak} exceeds the {lift.config.task.fragile_n:g} N that the object withstands (task.fragile_n)"
     ratio = lift.config.task.max_grip_ratio
-    base_n = lift.force_limit_n / ratio
-    base = "the needed grip" if base_n <= max(lift.needed_n, LEAST_FORCE_N) else f"the first grip of {_newtons(base_n)}"
-    return f"{peak} is {lift.peak_n / base_n:.1f} times {base}, the limit is {ratio:g} (task.max_grip_ratio)"
+    times = ratio * lift.peak_n / lift.force_limit_n
+    base = f"the first grip of {_newtons(lift.first_n)}" if lift.first_n > lift.needed_n else "the needed grip"
+    return f"{peak} is {times:.1f} times {base}, the limit is {ratio:g} (task.max_grip_ratio)"
 
 
 def _how_held(lift: _Lift) -> str:

@@ -25,7 +25,7 @@ from lsds.testing.stimulus import Name
 NEARLY_CLOSED = "the fingers are nearly closed"
 """Place of an answer to `nearly_closed_grips`."""
 SLIDE_M_S = 5e-3
-"""Speed of a slip that is wanted, m/s; chosen."""
+"""Speed of an intended slip, m/s; chosen."""
 NAMES: tuple[Name, ...] = ("slides", "turns")
 APERTURE_ROUNDING_M = 1e-9
 """Maximum difference of equal apertures, m: rounding."""
@@ -79,7 +79,7 @@ def check_opens_only_as_declared(bench: Bench) -> None:
     """A controller without a true `may_open` never asks for a larger aperture than the one commanded."""
     if getattr(build(bench), "may_open", False):
         return
-    for where, grip, aperture_m in (*_answers(bench), *_wished(bench)):
+    for where, grip, aperture_m in (*_answers(bench), *_intended(bench)):
         assert not _is_wider(aperture_m, grip.commanded_m), (
             f"{where}: it opens from {grip.commanded_m * 1e3:.2f} to {aperture_m * 1e3:.2f} mm and does not declare "
             "it; give it an attribute may_open"
@@ -87,7 +87,8 @@ def check_opens_only_as_declared(bench: Bench) -> None:
 
 
 def check_limits_force_as_declared(bench: Bench) -> None:
-    """A controller with a true `limits_force` closes no further than a fragile object stands."""
+    """A controller with a true `limits_force` closes no further on a fragile object that the imprint shows to be
+    pressed by more than it withstands."""
     if not getattr(build(bench), "limits_force", False):
         return
     controller = build(bench)
@@ -95,7 +96,7 @@ def check_limits_force_as_declared(bench: Bench) -> None:
         aperture_m = controller.update(grip, wanted)
         assert aperture_m is None or not float(aperture_m) < grip.commanded_m - APERTURE_ROUNDING_M, (
             f"frame {i}: it closes from {grip.commanded_m * 1e3:.2f} to {float(aperture_m) * 1e3:.2f} mm with "
-            f"{grip.normal_n:g} N on an object that stands {wanted.fragile_n:g} N; keep to wanted.fragile_n, or "
+            f"{grip.normal_n:g} N on an object that withstands {wanted.fragile_n:g} N; keep to wanted.fragile_n, or "
             "declare limits_force = False"
         )
 
@@ -112,9 +113,9 @@ def _after(bench: Bench, name: Name) -> Any:
     return controller
 
 
-def _wished(bench: Bench) -> Iterator[tuple[str, GripEstimate, Any]]:
-    """Yield the answers to a task that wants a slip, and to one that probes."""
-    for what, changes in (("a slide is wanted", {"slide": Slide(SLIDE_M_S)}), ("the job probes", {"probes": True})):
+def _intended(bench: Bench) -> Iterator[tuple[str, GripEstimate, Any]]:
+    """Yield the answers to a task with an intended slip, and to one that probes."""
+    for what, changes in (("a slip is intended", {"slide": Slide(SLIDE_M_S)}), ("the job probes", {"probes": True})):
         controller = build(bench)
         for i, (grip, wanted) in enumerate(grip_inputs("slides")):
             yield f"{what}, frame {i}", grip, controller.update(grip, replace(wanted, **changes))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
 from lsds.contracts.devices import Lifecycle
@@ -56,12 +58,12 @@ def check_gripper_reports_its_motion(bench: Bench) -> None:
             f"{sent.aperture_m} m; report true until the fingers rest"
         )
         late = under_way[len(under_way) // 2 :]
-        done = next((state for state in late if not state.moving), None)
+        done = _twice(late, lambda state: not state.moving)
         assert done is None, (
             f"moving is false at {done.aperture_m} m, on the way to {sent.aperture_m} m; report true until the fingers "
             "rest"
         )
-        felt = next((state for state in under_way if state.contact is Contact.CLOSING), None)
+        felt = _twice(under_way, lambda state: state.contact is Contact.CLOSING)
         assert felt is None or target > at_rest.aperture_m, (
             f"contact is closing at {felt.aperture_m} m, while the fingers move in the air; report an object only when "
             "it has stopped them"
@@ -77,6 +79,11 @@ def check_gripper_reports_its_motion(bench: Bench) -> None:
         )
         _assert_slow(states, begun_ns, at_rest.aperture_m, sent, gripper)
         _assert_speed(bench, gripper, states[-1].aperture_m)
+
+
+def _twice(states: list[GripperState], what: Callable[[GripperState], bool]) -> GripperState | None:
+    """Return the second of two states in a row that are so: one alone may be a flicker of a coarse reading."""
+    return next((state for before, state in pairwise(states) if what(before) and what(state)), None)
 
 
 def _watched(bench: Bench, gripper: Any, way_m: float) -> list[GripperState]:

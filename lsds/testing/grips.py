@@ -19,7 +19,7 @@ HELD_M = 0.0285
 THIN_M = 4e-4
 """Aperture on a thin object, m."""
 FRAGILE_N = 0.5
-"""Normal force that a fragile object stands, N."""
+"""Normal force that a fragile object withstands, N."""
 STROKE_M = 0.05
 """Stroke of the gripper, m."""
 ABSTAINS = Detection(None, math.nan, 0.5, 0.0)
@@ -59,7 +59,7 @@ def nearly_closed_grips(name: Name) -> tuple[Given, ...]:
 
 @cache
 def pressed_grips(name: Name) -> tuple[Given, ...]:
-    """Return `grip_inputs(name)` of a fragile object that is pressed by more than it stands."""
+    """Return `grip_inputs(name)` of a fragile object that is pressed by more than it withstands."""
     return tuple(
         (replace(grip, normal_n=4 * FRAGILE_N), replace(wanted, fragile_n=FRAGILE_N))
         for grip, wanted in grip_inputs(name)

@@ -37,7 +37,7 @@ class DecidesAgainstItsScore(HonestDetector):
         return found if found.slip is None else replace(found, slip=not found.slip)
 
 
-@caught("detector", slip_answers.check_detector_survives_what_is_lacking, "let no value of a frame that lacks")
+@caught("detector", slip_answers.check_detector_survives_what_is_lacking, "discard NaN before it reaches")
 class SmoothsNanForEver(HonestDetector):
     def reset(self):
         super().reset()

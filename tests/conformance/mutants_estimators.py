@@ -37,7 +37,7 @@ class SpeedInAnotherUnit(HonestEstimator):
         return bent(found, speed_m_s=10 * found.speed_m_s)
 
 
-@caught("estimator", slip_answers.check_estimator_survives_what_is_lacking, "let no value of a frame that lacks")
+@caught("estimator", slip_answers.check_estimator_survives_what_is_lacking, "discard NaN before it reaches")
 class AbstainsForEverAfterNan(HonestEstimator):
     def update(self, observation):
         found = super().update(observation)

@@ -61,7 +61,7 @@ class ClosesAThinObjectBelowZero(HonestController):
         return grip.commanded_m - 1e-3 if grip.detection.slip else super().update(grip, wanted)
 
 
-@caught("controller", corrections.check_opens_only_as_declared, "a slide is wanted, frame 0: it opens")
+@caught("controller", corrections.check_opens_only_as_declared, "a slip is intended, frame 0: it opens")
 class OpensForASlide(HonestController):
     may_open = False
 

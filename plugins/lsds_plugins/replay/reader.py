@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from lsds.errors import DataError
+from lsds.errors import CutOff, DataError
 from lsds.session.recording import ENDING
 
 IMAGE_ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
@@ -81,7 +81,7 @@ class RunReader:
             first_ns = frame.t_ns if first_ns is None else first_ns
             yield Picture(frame.image, (frame.t_ns - first_ns) * 1e-9, frame.redrawn)
         if self._recording.damage:
-            raise DataError(f"{self._recording.path}: {self._recording.damage} (the earlier frames are valid)")
+            raise CutOff(f"{self._recording.path}: {self._recording.damage} (the earlier frames are valid)")
 
 
 class ImageReader:
@@ -143,7 +143,7 @@ class VideoReader:
         if number == 0:
             raise DataError(f"{self._file}: frame 0 cannot be decoded (empty, damaged, or an unknown codec)")
         if number < self.count:
-            raise DataError(
+            raise CutOff(
                 f"{self._file}: frame {number} cannot be decoded, the header promises {self.count} "
                 "(the file is truncated or damaged; the earlier frames are valid)"
             )
@@ -191,7 +191,9 @@ def _gaps(files: Sequence[Path]) -> list[int]:
     if len(apart) != len(files) - 1 or min(apart) < 1:
         return [0] * len(files)
     step = mode(apart)
-    return [0, *(each // step - 1 if not any(one % step for one in apart) else 0 for each in apart)]
+    if any(each % step for each in apart):
+        return [0] * len(files)
+    return [0, *(each // step - 1 for each in apart)]
 
 
 def _rgb(image: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -78,7 +78,7 @@ class CertifyStudy:
             _margin,
             lambda done, asked: tick(*self._progress(done, asked, began_ns)),
             complete=complete,
-            ends=lambda runs: self._used(began_ns, runs) >= 1,
+            room=partial(self._room, began_ns),
         )
         took_s = (perf_ns() - began_ns) / NS_PER_S
         # Of all margins, those of a drop are what was counted.
@@ -148,6 +148,19 @@ class CertifyStudy:
         if self._runs:
             return runs / self._runs
         return (perf_ns() - began_ns) / NS_PER_S / self._budget_s
+
+    def _room(self, began_ns: int, runs: int) -> int:
+        """Return how many lifts the budget has room for: as many as fit by their time so far, at first one a process.
+
+        Near its end only as many begin as there are processes, so that none is waited for long.
+        """
+        if self._runs:
+            return self._runs - runs
+        spent_s = (perf_ns() - began_ns) / NS_PER_S
+        left_s = self._budget_s - spent_s
+        if left_s <= 0:
+            return 0
+        return max(int(left_s * runs / spent_s) if runs else 0, self._options.jobs)
 
     def _progress(self, done: int, asked: int, began_ns: int) -> tuple[int, int]:
         if self._runs:
@@ -275,7 +288,7 @@ def _undecided(rows: Sequence[dict[str, Any]], estimate: Estimate) -> list[str]:
 
 
 def _within(rows: Sequence[dict[str, Any]], estimate: Estimate) -> list[str]:
-    """Return the probability of a drop among the lifts within the model's validity, where not all are."""
+    """Return the probability of a drop among the lifts within the model's validity, nothing if all are."""
     valid = np.array([not _is_invalid(row) for row in rows])
     dropped = np.array([row["margin"] < 0 for row in rows])
     share = float(estimate.weights[valid].sum())

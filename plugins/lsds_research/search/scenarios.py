@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections import Counter
 from collections.abc import Callable, Generator, Sequence
 from functools import partial
-from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -24,8 +24,8 @@ NOT_HOLDABLE = "no firm grip holds it"
 """Outcome of a scenario that fails, and with a firm grip as well."""
 
 
-def _never(_: int) -> bool:
-    return False
+def _unbounded(_: int) -> int:
+    return sys.maxsize
 
 
 class Scenarios:
@@ -50,13 +50,8 @@ class Scenarios:
         self._kept = Path(out) if out else None
         self._known = read_runs(self._kept)
 
-    def rows(
-        self, scenarios: Sequence[Scenario], done: Callable[[int], None], ends: Callable[[int], bool] = _never
-    ) -> list[dict[str, Any]]:
-        """Return the rows of scenarios, in their order; stored ones are not run again.
-
-        `ends` is asked after each run whether that number of rows is enough; only the first ones are returned then.
-        """
+    def rows(self, scenarios: Sequence[Scenario], done: Callable[[int], None]) -> list[dict[str, Any]]:
+        """Return the rows of scenarios, in their order; stored ones are not run again."""
         keys = [self._key(scenario) for scenario in scenarios]
         missing = {key: s for key, s in zip(keys, scenarios, strict=True) if key not in self._known}
         asked = [(scenario, self._limits, self._settings) for scenario in missing.values()]
@@ -72,11 +67,9 @@ class Scenarios:
             else:
                 self._add(row)
             done(count)
-            if ends(count):
-                break
         if lost:
             self._excuse(lost)
-        return [self._known[key] for key in takewhile(self._known.__contains__, keys)]
+        return [self._known[key] for key in keys]
 
     def _add(self, row: dict[str, Any]) -> None:
         key = self._key(row["scenario"])
@@ -101,22 +94,31 @@ class Scenarios:
         margin: Callable[[dict[str, Any]], float],
         tick: Callable[[int, int], None],
         complete: Callable[[Scenario], Scenario] = dict,
-        ends: Callable[[int], bool] = _never,
+        room: Callable[[int], int] = _unbounded,
     ) -> tuple[list[list[dict[str, Any]]], T]:
         """Run the requested scenarios batch by batch and send back the margins; return the rows and the final answer.
 
         `tick` is called with the numbers of runs done and requested so far; `complete` adds keys that depend on others.
-        A row has its `point` of the unit cube. `ends` returns whether a number of runs is enough: the last batch is
-        then answered in part.
+        A row has its `point` of the unit cube. `room` returns how many runs there is room for after a number of runs:
+        a batch is run in parts of that size, and answered in part if there is no more room. Runs that have begun are
+        awaited, so that quick ones are not preferred.
         """
         found: list[list[dict[str, Any]]] = []
         count = 0
         batch = next(batches)
         while True:
-            asked = [complete(point_to_scenario(space, point)) for point in batch]
-            rows = self.rows(asked, partial(_ahead, tick, count, count + len(asked)), partial(_later, ends, count))
-            found.append([row | {"point": [float(u) for u in point]} for row, point in zip(rows, batch, strict=False)])
-            count += len(rows)
+            rows: list[dict[str, Any]] = []
+            while len(rows) < len(batch):
+                # At least one run answers each batch.
+                size = room(count) if rows else max(room(count), 1)
+                if size <= 0:
+                    break
+                part = batch[len(rows) : len(rows) + size]
+                asked = [complete(point_to_scenario(space, point)) for point in part]
+                ran = self.rows(asked, partial(_ahead, tick, count, count + len(asked)))
+                rows += [row | {"point": [float(u) for u in point]} for row, point in zip(ran, part, strict=True)]
+                count += len(ran)
+            found.append(rows)
             try:
                 batch = batches.send([margin(row) for row in found[-1]])
             except StopIteration as end:
@@ -136,10 +138,6 @@ def not_holdable(rows: Sequence[dict[str, Any]]) -> list[str]:
 def _is_lost(row: dict[str, Any]) -> bool:
     """Return whether a lift ran to its end and failed: a crash or a hang is no matter of the object."""
     return bool(row["margin"] < 0 and "holds" in row["margins"] and row["margins"].get("ends", 1.0) > 0)
-
-
-def _later(ends: Callable[[int], bool], before: int, done: int) -> bool:
-    return ends(before + done)
 
 
 def _ahead(tick: Callable[[int, int], None], before: int, asked: int, done: int) -> None:

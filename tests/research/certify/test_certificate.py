@@ -11,7 +11,9 @@ from lsds_research.certify.duration import seconds_of
 from lsds_research.certify.rig import simulated_rig
 from lsds_research.certify.sequential import Estimate
 from lsds_research.certify.study import _figures, _undecided, _within
+from lsds_research.search import scenarios
 from lsds_research.search.objects import OBJECTS, completed
+from lsds_research.search.robustness import Limits
 from lsds_research.search.space import point_to_scenario
 
 from lsds.cli.main import main
@@ -103,6 +105,31 @@ def test_a_short_budget_ends_within_a_lift_and_a_number_of_lifts_is_kept(tmp_pat
     assert 1 <= short["probability"]["runs"] < 16
     assert short["took_s"] < 1.1 or any("instead of 1 s: a lift is not cut off" in note for note in short["notes"])
     assert certificate(tmp_path, "--runs", "3")["probability"]["runs"] == 3
+
+
+@pytest.mark.parametrize("jobs", [1, 3])
+def test_a_number_of_lifts_is_kept_whatever_finishes_first(jobs, monkeypatch):
+    def shuffled(work, items, jobs, cluster):
+        return [(item, {"margins": {"holds": 1.0}, "outcome": "held", "number": k}) for k, item in enumerate(items)][
+            ::-1
+        ]
+
+    monkeypatch.setattr(scenarios, "shared_out", shuffled)
+    runs = scenarios.Scenarios(Limits(), (), "", jobs, "")
+    used = []
+
+    def draw():
+        while sum(used) < 5:
+            used.append(len((yield [np.array([0.1 * k]) for k in range(4)])))
+        return "done"
+
+    axes = OBJECTS[:1]
+    answered, last = runs.answer(
+        axes, draw(), lambda row: 1.0, lambda *_: None, room=lambda count: min(jobs, 5 - count)
+    )
+    assert (last, used) == ("done", [4, 1])
+    points = [row["point"][0] for rows in answered for row in rows]
+    assert points == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.0])
 
 
 @pytest.mark.parametrize("flags", [("--budget", "10"), ("--budget", "-5s"), ("--budget", "5s", "--runs", "5")])

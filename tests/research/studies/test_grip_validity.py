@@ -27,5 +27,5 @@ def test_objects_that_a_firm_grip_holds_within_the_model_are_counted_apart():
     }
     rows = [each for each in found.values() if each["controller"] == "belief"]
     (note,) = _within_validity(found, rows, GripOptions(random=3, controllers=["belief"]))
-    assert note == "objects that a firm grip holds within the model's validity: held by belief 1 of 2"
+    assert note == "objects that a firm grip holds within the model's validity: held by belief in 1 of 2 lifts"
     assert _within_validity(found, rows, GripOptions()) == []

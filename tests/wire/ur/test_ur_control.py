@@ -137,6 +137,46 @@ def test_a_shutdown_ends_all_connections():
             Dashboard(arm.host)
 
 
+def test_a_program_that_is_compiled_does_not_start_while_the_power_goes_off(arm, dashboard):
+    with socket.create_connection((arm.host, 30002)) as client:
+        body = "".join(f"  y{number} = {number}\n" for number in range(500))
+        client.sendall(f"def late():\n{body}  {SLOW_MOVE}end\n".encode())
+        assert until(lambda: arm.received and "late" in str(arm.received[-1].meaning))
+        dashboard.ask("power off")
+        time.sleep(1.0)
+        assert not arm.truth.moving
+        assert dashboard.ask("running") == "Program running: false"
+    dashboard.ask("brake release")
+    assert until(lambda: mode(dashboard) == "RUNNING")
+
+
+def test_a_secondary_program_outlives_a_stop_that_comes_while_it_is_compiled(arm, dashboard):
+    with Primary(arm.host) as primary:
+        primary.send("sec output():\n  set_digital_out(5, True)\nend\n")
+        dashboard.ask("stop")
+        assert until(lambda: struct.unpack_from(">II", primary.state()[3])[1] >> 5 & 1)
+
+
+def test_a_shutdown_is_final_whatever_fault_ends():
+    with wire_mock("ur5e") as arm, Dashboard(arm.host) as dashboard:
+        with arm.fault("protective-stop"):
+            dashboard.ask("shutdown")
+            time.sleep(1.0)
+        time.sleep(0.3)
+        with pytest.raises(ConnectionRefusedError):
+            Dashboard(arm.host)
+
+
+def test_a_moment_of_local_control_ends_the_script_connections(dashboard):
+    with wire_mock("ur5e") as arm, Dashboard(arm.host) as own, Primary(arm.host) as writer:
+        own.socket.sendall(b"set operational mode manual\nset operational mode automatic\n")
+        own.line()
+        own.line()
+        writer.send(SLOW_MOVE)
+        assert ended(writer)
+        assert not arm.truth.moving
+
+
 # -- programs -------------------------------------------------------------------------------------------------
 
 

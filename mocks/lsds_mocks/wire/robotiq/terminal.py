@@ -28,7 +28,8 @@ _SPEEDS = slice(4, 6)
 class TerminalFace:
     """One pseudo-terminal. Both ends are raw; the mock holds the far end open, so that clients may come and go.
 
-    Bytes at another baud rate than `baud` are noise to the gripper and are not received; 0: any rate.
+    Bytes at another baud rate than `baud` are noise to the gripper and are not received; 0, or a rate that a terminal
+    does not know: any rate.
     A pseudo-terminal does not keep the parity that a client sets, so a wrong one is not noticed.
 
     Like a real port it can be opened by several programs, and a program that opens it exclusively (pyserial's
@@ -132,10 +133,10 @@ class TerminalFace:
             if error.errno in (errno.EAGAIN, errno.EIO):
                 return
             raise
-        if self._line is not None and self._hears():
+        if self._line is not None and self._same_rate():
             self._line.receive(data)
 
-    def _hears(self) -> bool:
+    def _same_rate(self) -> bool:
         """Return whether the client sends at the gripper's baud rate."""
         return self._speed is None or termios.tcgetattr(self._near)[_SPEEDS] == [self._speed, self._speed]
 

@@ -178,7 +178,7 @@ class Controller:
 
     def start(self, compiled: Compiled) -> None:
         """Run a program: a primary one replaces the present program, a secondary one runs in parallel."""
-        if self.power.mode is not RobotMode.RUNNING:
+        if self.power.mode is not RobotMode.RUNNING or self.power.goes_off:
             self.refuse(ScriptError(f"{compiled.name} is not started: the robot is in {self.power.mode.name}", 1, 1))
             return
         if self.safety is not SafetyMode.NORMAL:
@@ -217,7 +217,9 @@ class Controller:
 
     def show_popup(self, popup: PopupMessage) -> None:
         """Show a program's popup; a blocking one pauses the program."""
-        self.popup = popup
+        # A blocking popup stays, whatever other programs show.
+        if self.popup is None or not self.popup.blocking or popup.blocking:
+            self.popup = popup
         self.post_message(popup)
         if popup.blocking:
             self.pause_program()

@@ -36,7 +36,7 @@ class DashboardSession:
     def __init__(self, pendant: Pendant, link: Link) -> None:
         self._pendant = pendant
         self._link = link
-        # Whoever was connected while the control changed has to reconnect.
+        # A client that was connected while the control changed has to reconnect.
         self._handovers = pendant.controller.handovers
         self._buffer = b""
         link.send(GREETING)
@@ -80,7 +80,7 @@ def _power_on(p: Pendant) -> str:
 
 
 def _power_off(p: Pendant) -> str:
-    p.controller.power_off()
+    p.power_off()
     return "Powering off"
 
 

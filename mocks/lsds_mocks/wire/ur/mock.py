@@ -124,7 +124,7 @@ class MockUr:
         assert pendant is not None
         _be_punctual()
         memory = MemoryWatch()
-        next_ns, remote = self._clock.now(), controller.remote
+        next_ns, remote, handovers = self._clock.now(), controller.remote, controller.handovers
         with self._serving.serving():
             while not stop.is_set():
                 self._clock.sleep_until(next_ns)
@@ -137,11 +137,12 @@ class MockUr:
                 network.poll()
                 pendant.poll()
                 controller.cycle()
-                if remote and not controller.remote:
+                if remote and controller.handovers != handovers:
+                    # Local control has begun, even if it has ended again.
                     network.end(WRITABLE)
-                remote = controller.remote
+                remote, handovers = controller.remote, controller.handovers
                 if pendant.ends_s is not None and controller.time_s >= pendant.ends_s:
-                    network.disconnect(None)
+                    network.shut()
                     pendant.ends_s = None
                 if controller.step_number % CYCLES_PER_HISTORY_STATE == 0:
                     self._history.add(self._clock.now(), truth_of(controller))

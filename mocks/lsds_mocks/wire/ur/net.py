@@ -133,6 +133,7 @@ class Network:
         self._listeners: dict[int, tuple[socket.socket, str, Open]] = {}
         self._clients: dict[int, tuple[Link, Session]] = {}
         self._refusing_until_ns = 0
+        self._shut = False
         self.acknowledges_at_once = True
 
     def listen(self, face: str, port: int, open_session: Open) -> None:
@@ -157,6 +158,11 @@ class Network:
         """Close the connections to some faces once their pending data has been sent."""
         for link, _ in self._clients.values():
             link.ending |= link.face in faces
+
+    def shut(self) -> None:
+        """Close all connections and ports for good."""
+        self.disconnect(None)
+        self._shut = True
 
     def disconnect(self, for_s: float | None) -> None:
         """Close all connections and refuse new ones for a time, or permanently (None)."""
@@ -198,7 +204,7 @@ class Network:
         self._poll.register(listener.fileno(), select.EPOLLIN)
 
     def _come_back(self) -> None:
-        if self._refusing_until_ns and self._clock.now() >= self._refusing_until_ns:
+        if not self._shut and self._refusing_until_ns and self._clock.now() >= self._refusing_until_ns:
             self._refusing_until_ns = 0
             for face, port, open_session in self._faces:
                 self._bind(face, port, open_session)

@@ -43,7 +43,7 @@ class Pendant:
         self._uploads = uploads
         self._commands = {
             "power on": controller.power_on,
-            "power off": controller.power_off,
+            "power off": self.power_off,
             "set robotmode run": lambda: controller.power_on(brakes=True),
             "set unlock protective stop": controller.unlock,
             "stop program": self.stop,
@@ -84,9 +84,14 @@ class Pendant:
         self._uploads.cancel()
         self.controller.stop_program()
 
+    def power_off(self) -> None:
+        """Switch the arm off; programs that are still being compiled are dropped."""
+        self._uploads.cancel()
+        self.controller.power_off()
+
     def shut_down(self) -> None:
         """Switch the arm off, and soon the controller."""
-        self.controller.power_off()
+        self.power_off()
         self.ends_s = self.controller.time_s + SHUTDOWN_S
 
     def has_installation(self, name: str) -> bool:

@@ -45,6 +45,11 @@ class Power:
         else:
             self._next = [(now_s + OFF_S, RobotMode.POWER_OFF)]
 
+    @property
+    def goes_off(self) -> bool:
+        """Whether it is being switched off."""
+        return any(mode is RobotMode.POWER_OFF for _, mode in self._next)
+
     def advance(self, now_s: float) -> None:
         """Let time pass."""
         while self._next and now_s >= self._next[0][0]:

@@ -43,6 +43,7 @@ class ScriptSession:
         self._link = link
         self._controller = controller
         self._scripts = scripts if controller.remote else None
+        self._handovers = controller.handovers
         self._writes = scripts is not None
         self._stream = ScriptStream()
 
@@ -52,7 +53,7 @@ class ScriptSession:
             return
         for program in self._stream.feed(data):
             self._link.note(program.encode(), program.strip().partition("\n")[0])
-            if self._scripts is None:
+            if self._scripts is None or self._handovers != self._controller.handovers:
                 self._controller.post_message(ErrorCode(READ_ONLY, 0, WARNING))
             else:
                 self._scripts(program, sender_of(self._link.socket))

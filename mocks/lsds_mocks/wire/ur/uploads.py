@@ -69,7 +69,7 @@ class Uploads:
         self._take(script, LONGEST_PROGRAM)
 
     def cancel(self) -> None:
-        """Drop what waits to be compiled or started."""
+        """Drop the primary programs that wait to be compiled or started."""
         self._cancelled = self._waiting
 
     def poll(self) -> Compiled | ScriptError | None:
@@ -85,7 +85,8 @@ class Uploads:
         self._characters -= characters
         if self._cancelled:
             self._cancelled -= 1
-            return None
+            if isinstance(found, Compiled) and not found.secondary:
+                return None
         return found
 
     def close(self) -> None:

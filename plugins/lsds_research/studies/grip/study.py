@@ -162,7 +162,7 @@ def _within_validity(found: Mapping[str, Row], rows: Sequence[Row], options: Gri
     counts = []
     for who in sorted({row["controller"] for row in rows}):
         own = [row for row in rows if row["controller"] == who and row["object"] in valid]
-        counts.append(f"{who} {sum(row['held'] for row in own)} of {len(own)}")
+        counts.append(f"{who} in {sum(row['held'] for row in own)} of {len(own)} lifts")
     return [f"objects that a firm grip holds within the model's validity: held by {', '.join(counts)}"]
 
 
