@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping
 from typing import Any, TypeVar, get_args
@@ -63,6 +64,8 @@ def issues_of(error: ValidationError, model: type[BaseModel], path: str = "") ->
             written = f'"{given}"' if isinstance(given, str) else given
             remedy = "" if isinstance(given, Mapping) else f"{location[-1]} = [{written}]"
             yield ConfigIssue(where, f"should be a list, got {given!r}", remedy)
+        elif isinstance(detail["input"], float) and math.isnan(detail["input"]):
+            yield ConfigIssue(where, "is NaN, not a number", _description(model, location))
         elif kind == "missing":
             yield ConfigIssue(where, "is missing", _description(model, location))
         else:

@@ -171,6 +171,11 @@ def test_a_wrong_type_is_one_issue(tmp_path, host, override, path):
     assert list(issues(load_config, write(tmp_path, FAKES), [override], host=host)) == [path]
 
 
+def test_nan_is_no_number(tmp_path, host):
+    found = issues(load_config, write(tmp_path, FAKES), ["schedule.arm_rate_hz=nan"], host=host)
+    assert found["schedule.arm_rate_hz"].problem == "is NaN, not a number"
+
+
 def test_a_number_for_a_text_is_an_error_that_asks_for_quotes(tmp_path, host):
     found = issues(load_config, write(tmp_path, FAKES), ["gripper.fake-gripper.fail=3"], host=host)
     assert found["gripper.fake-gripper.fail"].remedy == "put it in quotes: '\"3\"'"
