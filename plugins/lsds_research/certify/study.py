@@ -144,10 +144,12 @@ class CertifyStudy:
         load_config(None, [*override_texts(middle), *limits.overrides(), *settings])
 
     def _used(self, began_ns: int, runs: int) -> float:
-        """Return the share of the budget that is used."""
+        """Return the share of the budget that is used, in the middle of the lifts that would begin now."""
         if self._runs:
             return runs / self._runs
-        return (perf_ns() - began_ns) / NS_PER_S / self._budget_s
+        spent_s = (perf_ns() - began_ns) / NS_PER_S
+        next_s = spent_s * self._options.jobs / runs if runs else 0.0
+        return (spent_s + next_s / 2) / self._budget_s
 
     def _room(self, began_ns: int, runs: int) -> int:
         """Return how many lifts the budget has room for: as many as fit by their time so far, at first one a process.
@@ -156,17 +158,16 @@ class CertifyStudy:
         """
         if self._runs:
             return self._runs - runs
-        spent_s = (perf_ns() - began_ns) / NS_PER_S
-        left_s = self._budget_s - spent_s
-        if left_s <= 0:
+        if self._used(began_ns, runs) >= 1:
             return 0
-        return max(int(left_s * runs / spent_s) if runs else 0, self._options.jobs)
+        spent_s = (perf_ns() - began_ns) / NS_PER_S
+        return max(int((self._budget_s - spent_s) * runs / spent_s) if runs else 0, self._options.jobs)
 
     def _progress(self, done: int, asked: int, began_ns: int) -> tuple[int, int]:
         if self._runs:
             return done, self._runs
         seconds = max(1, round(self._budget_s))
-        return min(round(self._used(began_ns, done) * self._budget_s), seconds), seconds
+        return min(round((perf_ns() - began_ns) / NS_PER_S), seconds), seconds
 
     def _overrun(self, took_s: float, runs: int) -> list[str]:
         """Return that the lifts took longer than the budget, if they did: at least one is made, and none is cut off."""
