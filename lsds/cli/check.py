@@ -65,8 +65,8 @@ def check(
     """Check that a device, an algorithm, a fault, a wire mock, a study or a command keeps the contract of its kind.
 
     Without --allow-motion no real device moves. The exit code is 0 if all checks passed, 1 if one failed, 2 for wrong
-    use or wrong options, 3 for a plugin that does not load, 4 for a device that cannot be built. docs/plugins.md
-    explains the checks.
+    use or wrong options, 3 for a plugin that does not load, 4 for a device that cannot be built, 5 for a client that
+    cannot be imported. docs/plugins.md explains the checks.
 
     With --client, KIND is gripper, arm or sensor, or KIND:MOCK; each fault of the mock is tried at each severity on a
     small class around your driver, in a module that Python finds from here. It reports calls that hang, processes
