@@ -142,25 +142,26 @@ def check_gripper_stops(bench: Bench) -> None:
         _to_start(bench, gripper)
         start_motion(bench, gripper)
         bench.advance(REACTS_S)
-        gripper.stop()
-        bench.advance(REACTS_S)
-        stopped = bench.read(gripper).aperture_m
-        bench.advance(0.5)
-        later = bench.read(gripper).aperture_m
+        stopped, later = _stopped(bench, gripper)
         assert abs(later - stopped) <= tolerance_m(gripper), (
             f"the fingers move on after stop(): from {stopped} m to {later} m in 0.5 s; end the motion in stop()"
         )
         # A command that is still under way must not start them again.
         start_motion(bench, gripper)
-        gripper.stop()
-        bench.advance(REACTS_S)
-        stopped = bench.read(gripper).aperture_m
-        bench.advance(0.5)
-        later = bench.read(gripper).aperture_m
+        stopped, later = _stopped(bench, gripper)
         assert abs(later - stopped) <= tolerance_m(gripper), (
             f"after a command and stop() right behind it the fingers move from {stopped} m to {later} m in 0.5 s; let "
             "stop() end what is under way, too"
         )
+
+
+def _stopped(bench: Bench, gripper: Any) -> tuple[float, float]:
+    """Call `stop`; return the aperture (m) once the gripper has reacted, and half a second later."""
+    gripper.stop()
+    bench.advance(REACTS_S)
+    stopped: float = bench.read(gripper).aperture_m
+    bench.advance(0.5)
+    return stopped, bench.read(gripper).aperture_m
 
 
 def _to_start(bench: Bench, gripper: Any) -> GripperCommand:

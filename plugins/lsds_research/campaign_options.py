@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import BaseModel, Field
 
 from lsds_research.cluster import HELP
 
@@ -29,3 +29,9 @@ Random = Annotated[
         "what a firm grip does not hold either is no failure"
     ),
 ]
+
+
+def thinned(options: BaseModel, name: str, every: int) -> list[Any]:
+    """Return a list of the options, with `quick` only every so many of it; one that was given is kept whole."""
+    values: list[Any] = getattr(options, name)
+    return values[::every] if getattr(options, "quick", False) and name not in options.model_fields_set else values

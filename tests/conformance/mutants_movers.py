@@ -83,19 +83,6 @@ class OpensOnStop(HonestGripper):
         self.fingers.go(0.05, 0.1)
 
 
-@caught_device("gripper", motion.check_gripper_never_opens_on_failure, "opened from")
-class OpensOnARefusal(HonestGripper):
-    def stop(self):
-        """Leave the fingers alone: the opening must not be hidden by it."""
-
-    def accept(self, numbers, expires_ns):
-        try:
-            super().accept(numbers, expires_ns)
-        except LsdsError:
-            self.fingers.go(0.05, 0.1)
-            raise
-
-
 @caught_device("gripper", motion.check_gripper_never_opens_on_failure, "opened from .* at a refused command")
 class OpensOnARefusalUntilItIsStopped(HonestGripper):
     def accept(self, numbers, expires_ns):
@@ -104,6 +91,12 @@ class OpensOnARefusalUntilItIsStopped(HonestGripper):
         except LsdsError:
             self.fingers.go(0.05, 0.1)
             raise
+
+
+@caught_device("gripper", motion.check_gripper_never_opens_on_failure, "opened from")
+class OpensOnARefusal(OpensOnARefusalUntilItIsStopped):
+    def stop(self):
+        """Leave the fingers alone: the opening must not be hidden by it."""
 
 
 @caught_device("gripper", motion.check_gripper_makes_small_steps, "0.50 mm away; move by every step")

@@ -80,7 +80,7 @@ class CertifyStudy:
             complete=complete,
             room=partial(self._room, began_ns),
         )
-        took_s = (perf_ns() - began_ns) / NS_PER_S
+        took_s = _since_s(began_ns)
         # Of all margins, those of a drop are what was counted.
         rows = [row | {"margin": _margin(row)} for row in chain.from_iterable(answered)]
         not_run = [row for row in rows if row["outcome"] == NOT_RUN]
@@ -147,7 +147,7 @@ class CertifyStudy:
         """Return the share of the budget that is used, in the middle of the lifts that would begin now."""
         if self._runs:
             return runs / self._runs
-        spent_s = (perf_ns() - began_ns) / NS_PER_S
+        spent_s = _since_s(began_ns)
         next_s = spent_s * self._options.jobs / runs if runs else 0.0
         return (spent_s + next_s / 2) / self._budget_s
 
@@ -160,14 +160,14 @@ class CertifyStudy:
             return self._runs - runs
         if self._used(began_ns, runs) >= 1:
             return 0
-        spent_s = (perf_ns() - began_ns) / NS_PER_S
+        spent_s = _since_s(began_ns)
         return max(int((self._budget_s - spent_s) * runs / spent_s) if runs else 0, self._options.jobs)
 
     def _progress(self, done: int, asked: int, began_ns: int) -> tuple[int, int]:
         if self._runs:
             return done, self._runs
         seconds = max(1, round(self._budget_s))
-        return min(round((perf_ns() - began_ns) / NS_PER_S), seconds), seconds
+        return min(round(_since_s(began_ns)), seconds), seconds
 
     def _overrun(self, took_s: float, runs: int) -> list[str]:
         """Return that the lifts took longer than the budget, if they did: at least one is made, and none is cut off."""
@@ -192,6 +192,10 @@ class CertifyStudy:
             )
             for number, row in enumerate(failed[: own.most], start=1)
         ]
+
+
+def _since_s(began_ns: int) -> float:
+    return (perf_ns() - began_ns) / NS_PER_S
 
 
 def _margin(row: dict[str, Any]) -> float:

@@ -120,7 +120,7 @@ class Scenarios:
                 count += len(ran)
             found.append(rows)
             try:
-                batch = batches.send([margin(row) for row in found[-1]])
+                batch = batches.send([margin(row) for row in rows])
             except StopIteration as end:
                 return found, end.value
 

@@ -215,6 +215,10 @@ class Controller:
         self.handovers += remote != self.remote
         self.remote = remote
 
+    def obeys(self, handovers: int) -> bool:
+        """Return whether a client may command that has been connected since this number of changes."""
+        return self.remote and self.handovers == handovers
+
     def show_popup(self, popup: PopupMessage) -> None:
         """Show a program's popup; a blocking one pauses the program."""
         # A blocking popup stays, whatever other programs show.

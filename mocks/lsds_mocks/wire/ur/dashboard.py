@@ -49,8 +49,7 @@ class DashboardSession:
             self._link.note(line + b"\n", text)
             if is_http_request(text):
                 raise ProtocolEnd
-            controller = self._pendant.controller
-            remote = controller.remote and controller.handovers == self._handovers
+            remote = self._pendant.controller.obeys(self._handovers)
             self._link.send(answer(self._pendant, text, remote=remote).encode() + b"\n")
             if text == "quit":
                 raise ProtocolEnd

@@ -42,21 +42,20 @@ class ScriptSession:
         self._face = face
         self._link = link
         self._controller = controller
-        self._scripts = scripts if controller.remote else None
+        self._scripts = scripts
         self._handovers = controller.handovers
-        self._writes = scripts is not None
         self._stream = ScriptStream()
 
     def received(self, data: bytes) -> None:
         """Receive script text. Raises ProtocolEnd after an HTTP request."""
-        if not self._writes:
+        if self._scripts is None:
             return
         for program in self._stream.feed(data):
             self._link.note(program.encode(), program.strip().partition("\n")[0])
-            if self._scripts is None or self._handovers != self._controller.handovers:
-                self._controller.post_message(ErrorCode(READ_ONLY, 0, WARNING))
-            else:
+            if self._controller.obeys(self._handovers):
                 self._scripts(program, sender_of(self._link.socket))
+            else:
+                self._controller.post_message(ErrorCode(READ_ONLY, 0, WARNING))
         if self._stream.refused:
             raise ProtocolEnd
 

@@ -14,6 +14,7 @@ from lsds.contracts.study import StudyResult
 from lsds.errors import DataError
 from lsds.registry.host import PluginHost
 from lsds.session.verdict import Outcome
+from lsds_research.campaign_options import thinned
 from lsds_research.collecting.objects import PLANS
 from lsds_research.run_store import run_and_store
 from lsds_research.studies.grip import sensitivity
@@ -107,8 +108,7 @@ def _planned(options: GripOptions, seed: int) -> list[Lift]:
     controllers = backend_names(host, "controller", named) if named or not options.controllers else []
     if OFF in options.controllers or not options.controllers:
         controllers = [*controllers, OFF]
-    named_objects = "objects" in options.model_fields_set
-    objects = options.objects[::3] if options.quick and not named_objects else options.objects
+    objects = thinned(options, "objects", 3)
     speeds = options.speeds_m_s[len(options.speeds_m_s) // 2 :][:1] if options.quick else options.speeds_m_s
     cases = product(
         controllers, objects, options.squeezes_mm, speeds, options.frictions, options.changes, range(options.seeds)

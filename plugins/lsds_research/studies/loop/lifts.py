@@ -10,6 +10,7 @@ import numpy as np
 
 from lsds.config.overrides import override_texts
 from lsds.errors import DataError
+from lsds_research.campaign_options import thinned
 from lsds_research.collecting.objects import PLANS
 from lsds_research.studies.grip.lift import Lift
 
@@ -64,8 +65,7 @@ def planned(options: LoopOptions, seed: int) -> Iterator[tuple[Configuration, Li
     """Yield each lift with its configuration. Raises DataError for an unknown object."""
     if unknown := [name for name in options.objects if name not in PLANS]:
         raise DataError(f"no object {', '.join(unknown)}; there are {', '.join(PLANS)}")
-    thinned = options.quick and "objects" not in options.model_fields_set
-    objects = options.objects[::2] if thinned else options.objects
+    objects = thinned(options, "objects", 2)
     squeezes = options.squeezes_mm[:1] if options.quick else options.squeezes_mm
     for each, name, squeeze in product(configurations(options), objects, squeezes):
         settings = each.settings()
