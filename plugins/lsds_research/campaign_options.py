@@ -32,6 +32,6 @@ Random = Annotated[
 
 
 def thinned(options: BaseModel, name: str, every: int) -> list[Any]:
-    """Return a list of the options, with `quick` only every so many of it; one that was given is kept whole."""
+    """Return a list of the options, with `quick` one value of each `every`; a list that was given is kept whole."""
     values: list[Any] = getattr(options, name)
     return values[::every] if getattr(options, "quick", False) and name not in options.model_fields_set else values

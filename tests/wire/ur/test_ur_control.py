@@ -120,6 +120,17 @@ def test_an_emergency_stop_cuts_the_power_until_it_is_released(arm, dashboard):
         assert until(lambda: mode(dashboard) == "RUNNING")
 
 
+def test_a_protective_stop_does_not_hide_a_pressed_emergency_stop():
+    with (
+        wire_mock("ur5e") as arm,
+        Dashboard(arm.host) as dashboard,
+        arm.fault("emergency-stop"),
+        arm.fault("protective-stop"),
+    ):
+        assert until(lambda: mode(dashboard) == "POWER_OFF", 2.0)
+        assert dashboard.ask("safetystatus") == "Safetystatus: ROBOT_EMERGENCY_STOP"
+
+
 def test_power_that_is_switched_on_while_it_goes_off_comes_on_afterwards(dashboard):
     dashboard.ask("power off")
     dashboard.ask("power on")

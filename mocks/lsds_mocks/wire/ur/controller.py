@@ -251,7 +251,8 @@ class Controller:
 
     def protective_stop(self, code: int = PROTECTIVE_STOP, text: str = "", level: int = WARNING) -> None:
         """Stop the arm at once and end the program; only `unlock` ends a protective stop."""
-        if self.safety is SafetyMode.PROTECTIVE_STOP or self.power.mode is not RobotMode.RUNNING:
+        stopped = self.safety in (SafetyMode.PROTECTIVE_STOP, SafetyMode.ROBOT_EMERGENCY_STOP)
+        if stopped or self.power.mode is not RobotMode.RUNNING:
             return
         self.safety = SafetyMode.PROTECTIVE_STOP
         self._stopped_at_s = self.time_s
