@@ -54,10 +54,11 @@ def advance(
             then = _below((before - ln_r[j]) / break_std)
             hazard[j] = min(max((_below((now - ln_r[j]) / break_std) - then) / max(1 - then, 1e-9), 0.0), 1.0)
     answer, ln_kinetic, stop_std = stops
+    # In the opposite order of `ln_need`, so that a row of cells reads it forwards.
     stopped = np.full(len(ln_need), answer)
     if stop_std > 0:
         for k in range(len(ln_need)):
-            stopped[k] *= _below((ln_kinetic - ln_need[k]) / stop_std)
+            stopped[k] *= _below((ln_kinetic - ln_need[len(ln_need) - 1 - k]) / stop_std)
     ln_f, noise, sliding_noise, loading, density = seen
     unexplained, stopping = floors
     hang, heavy, sliding = np.empty(loads), np.empty(loads), np.empty(limits)
@@ -67,23 +68,20 @@ def advance(
         heavy[i] = stopping + (1 - stopping) * _below((ln_w[i] - ln_f) / sliding_noise)
     for j in range(limits):
         sliding[j] = _normal(ln_f - ln_r[j] - ln_kinetic, sliding_noise) + unexplained
-    begun = 0.0
-    moved = np.empty(limits)
+    begun, kept = 0.0, 1 - 2 * jumps
     for i in range(loads):
         row, other, own, mass = stick[i], slide[i], prior_w[i], by_w[i]
+        share = stopped[loads - 1 - i : loads - 1 - i + limits]
+        moved = 0.0
         for j in range(limits):
-            row[j] *= 1 - 2 * jumps
-            other[j] += jumps * (own * by_r[j] + mass * prior_r[j])
-        begun += 2 * jumps * mass
-        for j in range(limits):
-            moved[j] = row[j] * hazard[j]
-        for j in range(limits):
-            begun += moved[j]
-        share = stopped[i : i + limits]
-        for j in range(limits):
-            back = (other[j] + moved[j]) * share[limits - 1 - j]
-            other[j] = (other[j] + moved[j] - back) * heavy[i] * sliding[j]
-            row[j] = (row[j] - moved[j] + back) * hang[i]
+            sticks = row[j] * kept
+            breaks_away = sticks * hazard[j]
+            slides = other[j] + jumps * (own * by_r[j] + mass * prior_r[j]) + breaks_away
+            back = slides * share[j]
+            moved += breaks_away
+            other[j] = (slides - back) * heavy[i] * sliding[j]
+            row[j] = (sticks - breaks_away + back) * hang[i]
+        begun += moved + 2 * jumps * mass
     return begun
 
 

@@ -49,7 +49,7 @@ class CarriedLoad:
     """
 
     def __init__(self) -> None:
-        self.now_n = self.normal_n = self.reach_m = math.nan
+        self.now_n = self.greatest_n = self.normal_n = self.reach_m = math.nan
         self.stale = self.fresh = self.doubted = False
         self.normals_n: dict[str, float] = {}
         self._began_ns: int | None = None
@@ -84,15 +84,15 @@ class CarriedLoad:
         self.stale, self.fresh = not self._last.keys() <= measured, bool(self._last.keys() & measured)
         if not self._last:
             return
-        self.now_n = fmean(loads[-1] for loads in self._last.values())
-        self._loads.append((t_ns, fmean(median(loads) for loads in self._last.values())))
+        self.now_n = fmean([loads[-1] for loads in self._last.values()])
+        settled_n = fmean([median(loads) for loads in self._last.values()])
+        # Only loads that no later one exceeds can become the greatest.
+        while self._loads and self._loads[-1][1] <= settled_n:
+            self._loads.pop()
+        self._loads.append((t_ns, settled_n))
         while t_ns - self._loads[0][0] > nanoseconds(REMEMBERED_S):
             self._loads.popleft()
-
-    @property
-    def greatest_n(self) -> float:
-        """Maximum load of the last `REMEMBERED_S`, N; a median suppresses single frames."""
-        return max((load for _, load in self._loads), default=math.nan)
+        self.greatest_n = self._loads[0][1]
 
     def _take(self, finger: FingerCycle, load: ContactLoad, t_ns: int) -> None:
         name = finger.finger
@@ -115,7 +115,7 @@ def reach_of(contact: ContactPatch | None, along: Vector2) -> float:
     if contact is None or not length > 0:
         return math.nan
     pressed = (contact.depth_m > contact.threshold_m).view(np.uint8)
-    moments = cv2.moments(pressed, binaryImage=True)
+    moments = cv2.moments(pressed)
     if not moments["m00"]:
         return math.nan
     x, y = along[0] / length, along[1] / length
