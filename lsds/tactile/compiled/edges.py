@@ -12,9 +12,6 @@ from lsds.support.jit import compiled
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-#: Number of pixels that are looked at together.
-_AT_ONCE = 32
-
 
 @compiled
 def edges(
@@ -49,19 +46,13 @@ def edges(
             to[x] = (to_x[x] * to_x[x] + to_y[x] * to_y[x]) * own[x]
     flat, weights = steep.ravel(), weight.ravel()
     bound = _bound(flat, most) if flat.size > most else np.float32(0)
-    at = np.empty(flat.size, np.int32)
+    # Every pixel is written, and only a steep one is kept, so that no branch has to be guessed: one place more than
+    # there are pixels.
+    at = np.empty(flat.size + 1, np.int32)
     count = 0
-    # Most pixels are flat, and a look at many at once skips them.
-    for begin in range(0, flat.size, _AT_ONCE):
-        end = min(begin + _AT_ONCE, flat.size)
-        steeper = 0
-        for i in range(begin, end):
-            steeper += flat[i] > bound
-        if steeper:
-            for i in range(begin, end):
-                if flat[i] > bound and weights[i] > least_weight:
-                    at[count] = i
-                    count += 1
+    for i in range(flat.size):
+        at[count] = i
+        count += int((flat[i] > bound) & (weights[i] > least_weight))
     table = np.empty((7, count), np.float32)
     for k in range(count):
         y, x = at[k] // width, at[k] % width
@@ -100,7 +91,10 @@ def _bound(steep: NDArray[np.float32], most: int) -> np.float32:
     if some.size <= keep:
         return np.float32(0)
     mean = np.float32(some.mean())
-    high = some[some > mean]
-    if high.size > keep:
-        some = high
+    high, count = np.empty(some.size + 1, np.float32), 0
+    for i in range(some.size):
+        high[count] = some[i]
+        count += int(some[i] > mean)
+    if count > keep:
+        some = high[:count]
     return np.float32(np.partition(some, some.size - keep)[some.size - keep])

@@ -6,10 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from lsds_mocks.gel.placement import Placement
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from lsds_mocks.fingertip.pose import Pose
@@ -17,16 +18,20 @@ if TYPE_CHECKING:
 
 _UPRIGHT = math.cos(math.radians(45))
 """Cosine between the object's and the pad's y above which the object's ends lie across the pad's y."""
+_ON_END = 1e-3
+"""Length on the pad of a unit vector along the object below which the object stands on its end."""
 
 
 class Touch(NamedTuple):
-    """Indentation at the pad's centre (m, negative before touch), range of the pad's y that the object covers (m; None
-    for all), tilt of the surface against the pad (rad), and position of the object's origin on the pad."""
+    """Indentation where the object comes nearest to the pad's centre (m, negative before touch), range of the pad's y
+    that the object covers (m; None for all), tilt of the surface against the pad (rad), position of the object's origin
+    on the pad, and direction in which it rolls: a unit vector on the pad, None for a sphere, (0, 0) for a face."""
 
     indentation_m: float
     reach_m: tuple[float, float] | None
     tilt_rad: float
     place: Placement
+    rolls: tuple[float, float] | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,58 +50,100 @@ class Outline:
         does not lie over the pad."""
         p, along = seen.position_m, seen.rotation[:, 1]
         place = Placement(float(p[0]), float(p[1]), math.atan2(-along[0], along[1]))
-        ends = (self.half_m, self.half_m) if self.shape == "sphere" else (self.above_m, self.below_m)
-        cosine = 1.0 if self.shape == "sphere" else float(along[1])
-        lies, reach = _reach(float(p[1]), cosine, ends, pad_m[1] / 2)
-        if not lies:
-            return None
+        half_pad = pad_m[0] / 2, pad_m[1] / 2
         if self.shape == "sphere":
-            over = abs(p[0]) < self.half_m + pad_m[0] / 2
-            return Touch(self.half_m - float(p[2]), reach, 0.0, place) if over else None
-        if not self._is_over(p, along, pad_m):
-            return None
-        if self.shape == "cylinder":
-            return Touch(self.half_m - _height_over_centre(p, along), reach, abs(math.asin(_unit(along[2]))), place)
+            if not (abs(p[0]) < self.half_m + half_pad[0] and abs(p[1]) < self.half_m + half_pad[1]):
+                return None
+            reach = _covered((float(p[1]) - self.half_m, float(p[1]) + self.half_m), half_pad[1])
+            return Touch(self.half_m - float(p[2]), reach, 0.0, place, None)
+        length = math.hypot(along[0], along[1])
+        # Unit vector on the pad at right angles to the object.
+        beside = np.array([along[1], -along[0], 0.0]) / length if length > _ON_END else np.array([1.0, 0.0, 0.0])
         outward = seen.rotation[:, 2]
         outward = -outward if outward[2] > 0 else outward
-        tilt = math.acos(_unit(-outward[2]))
-        face = p + self.half_m * outward
-        if self.shape == "edge":
-            return Touch(-_height_over_centre(face, along), reach, tilt, place)
-        # Within a right angle of the pad the face has a height over its centre; a face on edge does not.
-        height = float(outward @ face) / min(float(outward[2]), -1e-6)
-        return Touch(-height, reach, tilt, place)
-
-    def _is_over(self, p: NDArray[np.float64], along: NDArray[np.float64], pad_m: tuple[float, float]) -> bool:
-        """Return whether an object, as wide as it is along its whole length, lies over the pad."""
-        length = math.hypot(along[0], along[1])
-        if length < 1e-3:
-            return True
-        x, y = float(along[1] / length), float(-along[0] / length)
-        pad = 0.5 * (pad_m[0] * abs(x) + pad_m[1] * abs(y))
-        return abs(float(p[0]) * x + float(p[1]) * y) < self.half_width_m + pad
-
-
-def _reach(
-    y_m: float, cosine: float, ends_m: tuple[float, float], half_m: float
-) -> tuple[bool, tuple[float, float] | None]:
-    """Return whether the object lies over the pad along y, and the range that it covers; None for all of it."""
-    above, below = ends_m
-    if abs(cosine) < _UPRIGHT:
-        return abs(y_m) < half_m + max(ends_m), None
-    low, high = (y_m - above, y_m + below) if cosine > 0 else (y_m - below, y_m + above)
-    if low <= -half_m and high >= half_m:
-        return True, None
-    low, high = max(low, -half_m), min(high, half_m)
-    return low < high, (low, high)
+        if self.shape == "box":
+            nearest, side = p + self.half_m * outward, self.half_width_m * seen.rotation[:, 0]
+        else:
+            # The line of a cylinder's axis, or of an edge's ridge.
+            nearest, side = p if self.shape == "cylinder" else p + self.half_m * outward, self.half_m * beside
+        before, after = -self.above_m * along, self.below_m * along
+        if not _overlaps(nearest, side, (before, after), half_pad):
+            return None
+        if self.shape == "box":
+            tilt, height = math.acos(_unit(-outward[2])), _height_of_face(nearest, side, before, after)
+        elif self.shape == "cylinder":
+            tilt, height = abs(math.asin(_unit(along[2]))), _height_of_line(nearest, before, after) - self.half_m
+        else:
+            tilt, height = math.acos(_unit(-outward[2])), _height_of_line(nearest, before, after)
+        ends = sorted((float(nearest[1] + before[1]), float(nearest[1] + after[1])))
+        reach = _covered((ends[0], ends[1]), half_pad[1]) if abs(along[1]) >= _UPRIGHT else None
+        rolls = (float(beside[0]), float(beside[1])) if self.shape == "cylinder" else (0.0, 0.0)
+        return Touch(-height, reach, tilt, place, rolls)
 
 
-def _height_over_centre(point: NDArray[np.float64], along: NDArray[np.float64]) -> float:
-    """Return the height of a line through `point` where it passes nearest to the pad's centre."""
+def _covered(range_m: tuple[float, float], half_m: float) -> tuple[float, float] | None:
+    """Return the part of a range of y that lies on the pad; None for all of the pad."""
+    low, high = range_m
+    return None if low <= -half_m and high >= half_m else (max(low, -half_m), min(high, half_m))
+
+
+def _overlaps(
+    centre: NDArray[np.float64],
+    side: NDArray[np.float64],
+    ends: tuple[NDArray[np.float64], NDArray[np.float64]],
+    half_pad: tuple[float, float],
+) -> bool:
+    """Return whether a parallelogram, seen along the pad's z, overlaps the pad: no line separates the two.
+
+    `side` is the vector from its middle line to one side, `ends` are those from its centre to its ends.
+    """
+    corners = np.array([centre + end + sign * side for end in ends for sign in (-1.0, 1.0)])[:, :2]
+    long = (ends[1] - ends[0])[:2]
+    for x, y in ((1.0, 0.0), (0.0, 1.0), (-side[1], side[0]), (-long[1], long[0])):
+        size = math.hypot(x, y)
+        if size < 1e-12:
+            continue
+        at = corners @ np.array([x, y])
+        pad = half_pad[0] * abs(x) + half_pad[1] * abs(y)
+        if at.min() >= pad or at.max() <= -pad:
+            return False
+    return True
+
+
+def _height_of_line(point: NDArray[np.float64], before: NDArray[np.float64], after: NDArray[np.float64]) -> float:
+    """Return the height of a line from `point` + `before` to `point` + `after` where it is nearest to the pad's
+    centre, seen along the pad's z."""
+    start, along = point + before, after - before
     flat = float(along[0] ** 2 + along[1] ** 2)
-    if flat < 1e-6:
+    if flat < _ON_END**2 * float(along @ along):
         return float(point[2])
-    return float(point[2] - along[2] * (point[0] * along[0] + point[1] * along[1]) / flat)
+    part = min(max(-float(start[:2] @ along[:2]) / flat, 0.0), 1.0)
+    return float(start[2] + part * along[2])
+
+
+def _height_of_face(
+    centre: NDArray[np.float64], side: NDArray[np.float64], before: NDArray[np.float64], after: NDArray[np.float64]
+) -> float:
+    """Return the height of a face where it is nearest to the pad's centre, seen along the pad's z; for the vectors see
+    `_overlaps`."""
+    start, long, wide = centre + before - side, after - before, 2 * side
+    area = float(wide[0] * long[1] - wide[1] * long[0])
+    if abs(area) > _ON_END * math.sqrt(float(wide @ wide) * float(long @ long)):
+        u = float(-start[0] * long[1] + start[1] * long[0]) / area
+        v = float(-wide[0] * start[1] + wide[1] * start[0]) / area
+        if 0 <= u <= 1 and 0 <= v <= 1:
+            return float(start[2] + u * wide[2] + v * long[2])
+    # The pad's centre is not under the face: one of its four sides is nearest.
+    none = np.zeros(3)
+    sides = ((start, long), (start + wide, long), (start, wide), (start + long, wide))
+    return min(((_distance(at, to), _height_of_line(at, none, to)) for at, to in sides))[1]
+
+
+def _distance(start: NDArray[np.float64], along: NDArray[np.float64]) -> float:
+    """Return the distance of a line from `start` to `start` + `along` from the pad's centre, seen along its z."""
+    flat = float(along[0] ** 2 + along[1] ** 2)
+    part = min(max(-float(start[:2] @ along[:2]) / flat, 0.0), 1.0) if flat > 0 else 0.0
+    return math.hypot(float(start[0] + part * along[0]), float(start[1] + part * along[1]))
 
 
 def _unit(value: float) -> float:

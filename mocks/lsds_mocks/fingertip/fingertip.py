@@ -27,7 +27,7 @@ from lsds_mocks.devices.gelsight_options import GelSightOptions
 from lsds_mocks.devices.look import look_of
 from lsds_mocks.fingertip.contact import Outline
 from lsds_mocks.fingertip.pose import NO_MOTION, Motion, Pose, motion_between
-from lsds_mocks.gel.auto.report import invalid_reasons
+from lsds_mocks.gel.auto.report import STRAIN_INVALID, invalid_reasons
 from lsds_mocks.gel.placement import ORIGIN, Placement
 from lsds_mocks.gel.protocol import NO_REACTION, Reaction
 from lsds_mocks.optics.renderer import Renderer
@@ -43,6 +43,8 @@ if TYPE_CHECKING:
 
 TILT_VALID_RAD = math.radians(10)
 """Tilt of the object against the pad up to which results are valid, rad. Not measured: the gel has no tilt."""
+TILT_MOST_RAD = math.radians(45)
+"""Tilt beyond which a fingertip carries nothing, rad; chosen: an object that stands on an edge has no side to press."""
 
 Side = Literal["front", "back"]
 
@@ -93,7 +95,11 @@ class SimulatedFingertip:
         seed: int = 0,
         friction: SurfaceFriction | None = None,
     ) -> None:
-        options = options or ContactOptions()
+        options = ContactOptions() if options is None else options
+        if not isinstance(options, ContactOptions):
+            raise DataError(f'fingertip: options are {options!r}; pass ContactOptions(object="can"), for example')
+        if seed < 0:
+            raise DataError(f"fingertip: seed is {seed}; pass 0 or more")
         if side not in ("front", "back"):
             raise DataError(f"fingertip: side is {side!r}; write 'front' or 'back'")
         if side == "back":
@@ -142,19 +148,23 @@ class SimulatedFingertip:
     def stable_step_s(self, pad_kg: float, object_kg: float | None = None) -> float:
         """Return a time step (s) at which the object is stable between two such fingertips of mass `pad_kg` each.
 
-        `object_kg` replaces the mass in the options. The stiffness is that of a gel without history.
+        `object_kg` replaces the mass in the options. The stiffness is that of a gel without history, indented as deeply
+        as is valid: by a fifth of its thickness.
         """
         of = self.options
         # A push at the grip also turns an object that is gripped away from its middle, as if its mass were less.
         off_centre = (of.grip_height_mm - of.length_mm / 2) / of.length_mm
         own_kg = (of.mass_kg if object_kg is None else object_kg) / (1 + 12 * off_centre**2)
-        mass_kg = 1 / (1 / own_kg + 1 / (2 * pad_kg))
-        gel, deep = self._new_gel(), _TYPICAL_M
+        inverse_kg = 1 / own_kg + 1 / (2 * pad_kg)
+        if inverse_kg == 0:
+            return math.inf
+        gel, deep = self._new_gel(), STRAIN_INVALID * self._thickness_m
         shallow = gel.press(0.9 * deep)
         normal_n_m = (gel.press(deep) - shallow) / (0.1 * deep)
         gel.set_friction(np.full(gel.points_m.shape[1], self.options.static_friction))
         shear_n_m = abs(gel.trial(0.0, _TYPICAL_SHEAR_M).force_y_n) / _TYPICAL_SHEAR_M
-        return _MARGIN * math.sqrt(4 / 3 * mass_kg / (2 * max(normal_n_m, _ROLLING * shear_n_m)))
+        margin = _MARGIN_BRISTLES if of.fidelity == "winkler" else _MARGIN
+        return margin * math.sqrt(4 / 3 / inverse_kg / (2 * max(normal_n_m, _ROLLING * shear_n_m)))
 
     def step(self, pad: Pose, target: Pose, dt_s: float, *, normal_n: float | None = None) -> NDArray[np.float64]:
         """Advance to new poses of pad and object in the world; return the wrench on the object (6,): force, torque.
@@ -166,6 +176,10 @@ class SimulatedFingertip:
         Raises DataError for a time step that is not positive, for a pose or a force that is not finite, and for an
         object as deep in the gel as it is thick.
         """
+        if not (isinstance(pad, Pose) and isinstance(target, Pose)):
+            raise DataError(
+                "fingertip: poses of pad and object are not Pose; make them with Pose.of(position, rotation)"
+            )
         if not (math.isfinite(dt_s) and dt_s > 0):
             raise DataError(f"fingertip: time step is {dt_s} s; pass a positive number of seconds")
         if normal_n is not None and not math.isfinite(normal_n):
@@ -177,6 +191,10 @@ class SimulatedFingertip:
         touch = None if behind else self._outline.touch(seen, self._pad_m)
         if touch is None or (touch.indentation_m if normal_n is None else normal_n) <= 0:
             self.release()
+            return np.zeros(6)
+        if touch.tilt_rad > TILT_MOST_RAD:
+            self.release()
+            self._tilt_rad = touch.tilt_rad
             return np.zeros(6)
         if normal_n is None and touch.indentation_m >= self._thickness_m:
             raise DataError(
@@ -209,7 +227,7 @@ class SimulatedFingertip:
         self._indentation_m = 0.0
         self._pressed = None
         self._reaction: Reaction = NO_REACTION
-        self._centre_m = (0.0, 0.0)
+        self._centre_m = self._rolled_m = (0.0, 0.0)
         self._slips = False
         self._tilt_rad = 0.0
 
@@ -260,6 +278,7 @@ class SimulatedFingertip:
         if load > 0:
             x, y = (gel.points_m @ state.pressure_n) / load
             self._centre_m = (float(x), float(y))
+        self._rolled_m = _along(touch.rolls, touch.place.x_m - self._place.x_m, touch.place.y_m - self._place.y_m)
         self._slips = self._reaction.normal_n > 0 and gel.stick_ratio <= STILL_STICKS
         if self._slips:
             self._slip_distance_m += math.hypot(moved.dx_m, moved.dy_m)
@@ -289,7 +308,10 @@ class SimulatedFingertip:
 
     def _wrench(self, pad: Pose) -> NDArray[np.float64]:
         """Return the wrench on the object about the pad's origin, in the world's axes."""
-        load, (x, y) = self._reaction, self._centre_m
+        load, (ahead_x, ahead_y) = self._reaction, self._rolled_m
+        # The gel moves with the material at the pad; the contact of what rolls is ahead of that. Without this, a ball
+        # that has rolled a little would be pushed on by the normal force, and gain energy.
+        x, y = self._centre_m[0] + ahead_x, self._centre_m[1] + ahead_y
         force = np.array([-load.force_x_n, -load.force_y_n, load.normal_n])
         # The forces act on the indented surface, the normal force at the centre of pressure.
         depth = self._indentation_m
@@ -297,7 +319,7 @@ class SimulatedFingertip:
             [
                 y * load.normal_n - depth * load.force_y_n,
                 depth * load.force_x_n - x * load.normal_n,
-                -load.torque_nm,
+                -load.torque_nm - ahead_x * load.force_y_n + ahead_y * load.force_x_n,
             ]
         )
         return np.concatenate([pad.rotation @ force, pad.rotation @ torque])
@@ -329,6 +351,8 @@ class SimulatedFingertip:
         if self._tilt_rad > TILT_VALID_RAD:
             tilt, most = math.degrees(self._tilt_rad), math.degrees(TILT_VALID_RAD)
             invalid.append(f"object is tilted by {tilt:.0f} degrees against the pad: not valid beyond {most:.0f}")
+        if self._tilt_rad > TILT_MOST_RAD:
+            invalid.append(f"beyond a tilt of {math.degrees(TILT_MOST_RAD):.0f} degrees the pad carries nothing")
         speed = self._speed if self._slips else NO_MOTION
         load = self._reaction
         return FingertipTruth(
@@ -347,6 +371,14 @@ class SimulatedFingertip:
         )
 
 
+def _along(direction: tuple[float, float] | None, x_m: float, y_m: float) -> tuple[float, float]:
+    """Return the part of a vector along a direction; all of it without a direction."""
+    if direction is None:
+        return x_m, y_m
+    part = x_m * direction[0] + y_m * direction[1]
+    return part * direction[0], part * direction[1]
+
+
 _MOST_STRAIN = 0.5
 """Greatest indentation as part of the gel's thickness that a normal force may lead to, far beyond the valid range."""
 _DEPTH_TRIES = 40
@@ -358,10 +390,13 @@ _POWER = 1.25
 _SAME_DEPTH_M = 1e-9
 """Change of the indentation that does not press the gel again, m: 10 uN on a gel of 10 N/mm."""
 _TYPICAL_M = 0.3e-3
-"""Indentation at which the stiffness is measured, m; the stiffness of a round object grows with it."""
+"""Indentation at which the search for that of a force begins, m; chosen."""
 _TYPICAL_SHEAR_M = 5e-6
 """Shear at which the stiffness is measured, m: nearly everything sticks."""
 _ROLLING = 3.0
 """Stiffness per inertia of a cylinder that rolls on two pads and of one that moves along, as a ratio to the latter."""
 _MARGIN = 0.7
-"""Part of the greatest stable step that is used, because stiffness grows with the load."""
+"""Part of the estimated greatest stable step that is used. As deep as is valid in elastic gels, 0.7 times the estimate
+is stable, and 0.9 times it is not (a capsule of 24 mm; simulated)."""
+_MARGIN_BRISTLES = 0.9
+"""The same for bristles: steps of 1.1 times the estimate are stable (sphere, capsules, box; simulated)."""

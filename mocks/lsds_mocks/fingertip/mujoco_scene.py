@@ -33,12 +33,20 @@ class MujocoFingertip:
         require("mujoco", extra="mujoco", purpose="a fingertip in a MuJoCo scene")
         self.tip = tip
         self.pad, self.target = pad, target
-        self.data, self._model = data, model
-        self.pad_body, self.pad_pose = _frame(model, data, pad)
-        self.target_body, self.target_pose = _frame(model, data, target)
+        self.data, self.model = data, model
+        self._frames = tuple(_frame(model, name) for name in (pad, target))
+        self.pad_body, self.target_body = (frame[2] for frame in self._frames)
         self._pair = [int(model.body_weldid[body]) for body in (self.pad_body, self.target_body)]
         if self._pair[0] == self._pair[1]:
             raise DataError(f"MuJoCo scene: pad {pad!r} and object {target!r} are on one body; name a frame of each")
+
+    def pad_pose(self) -> Pose:
+        """Return the pose of the pad in the world now."""
+        return _pose(self.data, *self._frames[0][:2])
+
+    def target_pose(self) -> Pose:
+        """Return the pose of the object's frame in the world now."""
+        return _pose(self.data, *self._frames[1][:2])
 
     def wrenches(self, dt_s: float) -> list[tuple[int, NDArray[np.float64]]]:
         """Step the fingertip to the scene's present poses; return the wrench on either body at its centre of mass."""
@@ -66,14 +74,14 @@ class MujocoFingertip:
 
     def stable_step_s(self) -> float:
         """Return a time step (s) that is stable for the model's masses."""
-        model, welded = self._model, self._pair[0]
+        model, welded = self.model, self._pair[0]
         moves = welded and model.body_mocapid[welded] < 0
         pad_kg = float(model.body_mass[model.body_weldid == welded].sum()) if moves else math.inf
         return self.tip.stable_step_s(pad_kg or math.inf, mass_of(model, self.target_body))
 
     def contacts(self) -> list[int]:
         """Return the numbers of MuJoCo's contacts between pad and object."""
-        data, model = self.data, self._model
+        data, model = self.data, self.model
         if not data.ncon:
             return []
         geoms = data.contact.geom
@@ -87,12 +95,10 @@ class MujocoFingertip:
         found = self.contacts()
         if not found:
             return None
-        import mujoco
-
-        engine: Any = mujoco  # Its functions are compiled and have no types.
+        engine = _engine()
         total, force = 0.0, np.zeros(6)
         for i in found:
-            engine.mj_contactForce(self._model, self.data, i, force)
+            engine.mj_contactForce(self.model, self.data, i, force)
             total += float(force[0])
         return total
 
@@ -121,16 +127,15 @@ class MujocoScene:
         require("mujoco", extra="mujoco", purpose="a fingertip in a MuJoCo scene")
         if mode not in ("feel", "see"):
             raise DataError(f"MuJoCo scene: mode is {mode!r}; write 'feel' or 'see'")
-        if every < 1:
-            raise DataError(f"MuJoCo scene: every is {every}; pass 1 or more")
-        if any(fingertip.data is not data for fingertip in fingertips):
-            raise DataError("MuJoCo scene: a fingertip belongs to other data; make all with the scene's model and data")
+        if every != int(every) or every < 1:
+            raise DataError(f"MuJoCo scene: every is {every}; pass a whole number from 1 on")
+        if any(fingertip.data is not data or fingertip.model is not model for fingertip in fingertips):
+            raise DataError(
+                "MuJoCo scene: a fingertip belongs to another model or other data; make all with those of the scene"
+            )
         if len({id(fingertip.tip) for fingertip in fingertips}) < len(fingertips):
             raise DataError("MuJoCo scene: two pads share one SimulatedFingertip; make one for each")
-        import mujoco
-
-        self._mujoco: Any = mujoco
-        warnings = self._mujoco.mjtWarning
+        warnings = _engine().mjtWarning
         self._diverged = [int(getattr(warnings, f"mjWARN_BAD{of}")) for of in ("QPOS", "QVEL", "QACC")]
         self.model, self.data = model, data
         self.fingertips = tuple(fingertips)
@@ -142,18 +147,22 @@ class MujocoScene:
     def step(self, steps: int = 1) -> None:
         """Advance the scene by a number of MuJoCo's steps.
 
-        Raises DataError if MuJoCo's simulation diverges, if MuJoCo collides what a fingertip feels, and for poses that
-        a fingertip cannot have.
+        Raises DataError if MuJoCo's simulation diverges, if MuJoCo collides what a fingertip feels, if a callback of
+        MuJoCo writes over the wrenches, and for poses that a fingertip cannot have.
         """
-        mujoco, model, data = self._mujoco, self.model, self.data
+        if steps < 1:
+            raise DataError(f"MuJoCo scene: asked for {steps} steps; pass 1 or more")
+        mujoco, model, data = _engine(), self.model, self.data
         for _ in range(steps):
             if data.time < self._time_s:
                 self.forget()
             before_s, step_s = float(data.time), float(model.opt.timestep)
             own = data.xfrc_applied.copy()
             data.xfrc_applied += self.applied
+            given = data.xfrc_applied.copy()
             try:
                 mujoco.mj_step(model, data)
+                replaced = (data.xfrc_applied != given).any()
             finally:
                 data.xfrc_applied[:] = own
             self._time_s = float(data.time)
@@ -167,6 +176,11 @@ class MujocoScene:
                     f"MuJoCo scene: MuJoCo reset the scene at {before_s:.4g} s because its simulation diverged; take a "
                     "shorter step, and see MUJOCO_LOG.TXT"
                 )
+            if replaced:
+                raise DataError(
+                    "MuJoCo scene: a callback of MuJoCo has written to xfrc_applied, which holds the fingertips' "
+                    "wrenches during a step; let it write to qfrc_applied, or set xfrc_applied between the steps"
+                )
             self._count += 1
             if self._count % self._every == 0:
                 # A step ends with new joint positions; the poses of bodies and sites still belong to its beginning.
@@ -176,11 +190,14 @@ class MujocoScene:
 
     def reset(self, keyframe: int | None = None) -> None:
         """Begin a new trial: reset MuJoCo's data, to a keyframe if one is given, and the fingertips."""
+        engine = _engine()
         if keyframe is None:
-            self._mujoco.mj_resetData(self.model, self.data)
+            engine.mj_resetData(self.model, self.data)
+        elif 0 <= keyframe < self.model.nkey:
+            engine.mj_resetDataKeyframe(self.model, self.data, keyframe)
         else:
-            self._mujoco.mj_resetDataKeyframe(self.model, self.data, keyframe)
-        self._mujoco.mj_forward(self.model, self.data)
+            raise DataError(f"MuJoCo scene: the model has {self.model.nkey} keyframes, and no number {keyframe}")
+        engine.mj_forward(self.model, self.data)
         self.forget()
 
     def forget(self) -> None:
@@ -208,25 +225,36 @@ class MujocoScene:
         names = [repr(self.model.body(body).name or f"number {body}") for body in bodies]
         # Without the world's body the object would fall through the floor.
         remedy = "add them to <contact> as <exclude>" if all(bodies) else "keep their geoms apart by contype"
-        return f"MuJoCo scene: bodies {' and '.join(names)} collide in MuJoCo, too; {remedy}, or use mode='see'"
+        return f"MuJoCo scene: bodies {' and '.join(names)} collide in MuJoCo, too; {remedy}"
+
+
+def _engine() -> Any:
+    """Return the module `mujoco`, whose functions are compiled and have no types. A scene that held it could not be
+    copied."""
+    import mujoco
+
+    return mujoco
 
 
 def mass_of(model: Any, body: int) -> float:
-    """Return the mass (kg) of all that moves with a body: from the joint that moves it on."""
+    """Return the mass (kg) of all that moves with a body: from the joint that moves it on. Infinite for a body that
+    is fixed to the world or moved by the program."""
     top = int(model.body_weldid[body])
-    return float(model.body_subtreemass[top] if top else model.body_mass[body])
+    return float(model.body_subtreemass[top]) if top and model.body_mocapid[top] < 0 else math.inf
 
 
-def _frame(model: Any, data: Any, name: str) -> tuple[int, Callable[[], Pose]]:
-    """Return the number of the body that carries a frame, and a function that returns the frame's pose now."""
+def _frame(model: Any, name: str) -> tuple[str, int, int]:
+    """Return kind and number of a frame, and the number of the body that carries it."""
     kind = frame_kind(model, name)
     if kind is None:
         raise DataError(f"MuJoCo scene: no site and no body {name!r} in the model; name the frame of pad or object")
     number = int(getattr(model, kind)(name).id)
-    place = data.site_xpos if kind == "site" else data.xpos
-    turn = data.site_xmat if kind == "site" else data.xmat
-    body = int(model.site_bodyid[number]) if kind == "site" else number
-    return body, lambda: Pose(place[number].copy(), turn[number].reshape(3, 3).copy())
+    return kind, number, int(model.site_bodyid[number]) if kind == "site" else number
+
+
+def _pose(data: Any, kind: str, number: int) -> Pose:
+    place, turn = (data.site_xpos, data.site_xmat) if kind == "site" else (data.xpos, data.xmat)
+    return Pose(place[number].copy(), turn[number].reshape(3, 3).copy())
 
 
 def frame_kind(model: Any, name: str) -> str | None:

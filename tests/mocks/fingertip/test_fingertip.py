@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from lsds_mocks.cell.options import CellOptions
 from lsds_mocks.fingertip.fingertip import SimulatedFingertip
 from lsds_mocks.fingertip.pose import Motion, Pose, motion_between
@@ -203,6 +205,9 @@ def test_motion_is_that_of_the_material_at_the_pad():
         (lambda: Pose.of((0, 0, 0), 2 * np.eye(3)), "not a rotation"),
         (lambda: fingertip().step(PAD, at(0.0), 0.0), "time step is 0.0 s"),
         (lambda: fingertip().step(PAD, Pose.of((0, 0, -12e-3)), DT_S), "check that the pad.s z points to the object"),
+        (lambda: fingertip().step(((0, 0, 0), np.eye(3)), at(0.0), DT_S), r"make them with Pose\.of"),
+        (lambda: SimulatedFingertip("can"), r"pass ContactOptions\(object=\"can\"\)"),
+        (lambda: SimulatedFingertip(seed=-1), "seed is -1; pass 0 or more"),
     ],
 )
 def test_bad_input_is_one_error_with_its_remedy(make, message):
@@ -225,12 +230,57 @@ def test_an_object_beside_the_pad_does_not_touch_it(shape):
     assert force_n(1.05 * edge_m) == force_n(-1.05 * edge_m) == 0
 
 
-@pytest.mark.parametrize("given", [{"normal_n": math.nan}, {"target": [0.0, 0.0, math.nan]}])
-def test_values_that_are_not_finite_are_one_error(given):
+@given(
+    shape=st.sampled_from(["cylinder", "box", "edge", "sphere"]),
+    towards=st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: math.hypot(*v) > 0.1),
+    angles=st.tuples(*[st.floats(-math.pi, math.pi)] * 3),
+    beyond_m=st.floats(1e-4, 10.0),
+)
+def test_an_object_out_of_reach_carries_nothing_however_it_is_turned(shape, towards, angles, beyond_m):
+    """A ball around the object that does not reach the pad is not pressed."""
+    options = CellOptions(fidelity="winkler", shape=shape, diameter_mm=20, width_mm=60, length_mm=60, grip_height_mm=30)
+    size_m = math.hypot(0.01, 0.03, 0.03) if shape == "box" else math.hypot(0.01, 0.03)
+    pad_m = math.hypot(0.5e-3 * options.pad_width_mm, 0.5e-3 * options.pad_height_mm)
+    place = (size_m + pad_m + beyond_m) * np.array(towards) / math.hypot(*towards)
+    turn = turned(angles[0], 0) @ turned(angles[1], 1) @ turned(angles[2], 2)
+    tip = SHARED.setdefault(shape, SimulatedFingertip(options))
+    assert not tip.step(PAD, Pose.of(place, turn), DT_S).any()
+    assert tip.truth().invalid == ()
+
+
+SHARED = {}
+
+
+@pytest.mark.parametrize(
+    ("shape", "lies_m", "presses"),
+    [("cylinder", 0.04, True), ("cylinder", 0.0435, False), ("box", 0.04, True), ("box", 0.0435, False)],
+)
+def test_an_object_that_lies_along_x_ends_where_it_ends(shape, lies_m, presses):
+    # Half of its length is 30 mm, half of the pad's width 12.5 mm.
+    options = CellOptions(fidelity="winkler", shape=shape, diameter_mm=20, length_mm=60, grip_height_mm=30)
+    lying = Pose.of((lies_m, 0.0, 9.5e-3), [0, -1, 0, 1, 0, 0, 0, 0, 1])
+    assert SimulatedFingertip(options).step(PAD, lying, DT_S).any() == presses
+
+
+def test_an_object_on_its_edge_carries_nothing_and_is_not_valid():
+    options = CellOptions(fidelity="winkler", shape="box", diameter_mm=20, width_mm=60, length_mm=60, grip_height_mm=30)
+    tip = SimulatedFingertip(options)
+    for degrees in (44, 50, 85, 90):
+        lean = math.radians(degrees)
+        # Its lower corner lies a millimetre deep.
+        low_m = 0.03 * math.sin(lean) + 0.01 * math.cos(lean)
+        wrench = tip.step(PAD, Pose.of((0, 0, low_m - 1e-3), turned(lean, 0)), DT_S)
+        assert not wrench.any() or degrees < 45
+    tip.step(PAD, Pose.of((0, 0, 0.02), turned(math.radians(85), 0)), DT_S)
+    assert tip.truth().invalid[-1] == "beyond a tilt of 45 degrees the pad carries nothing"
+
+
+@pytest.mark.parametrize("bad", [{"normal_n": math.nan}, {"target": [0.0, 0.0, math.nan]}])
+def test_values_that_are_not_finite_are_one_error(bad):
     tip = SimulatedFingertip(CellOptions(fidelity="winkler"))
-    target = Pose(np.array(given.pop("target", [0.0, 0.0, 0.0124])), np.eye(3))
+    target = Pose(np.array(bad.pop("target", [0.0, 0.0, 0.0124])), np.eye(3))
     with pytest.raises(DataError, match=r"fingertip: .*check whether the scene's simulation diverged"):
-        tip.step(Pose.of([0, 0, 0]), target, 1e-3, **given)
+        tip.step(Pose.of([0, 0, 0]), target, 1e-3, **bad)
 
 
 def test_a_new_trial_forgets_slip_and_what_made_results_invalid():

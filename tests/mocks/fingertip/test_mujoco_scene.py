@@ -1,5 +1,7 @@
 """Two fingertips in a MuJoCo scene: forces rise with the load, carry the weight, and give way at the friction limit."""
 
+import copy
+
 import numpy as np
 import pytest
 from lsds_mocks.cell.options import CellOptions
@@ -288,7 +290,10 @@ def test_a_contact_that_mujoco_carries_too_is_an_error():
     ("make", "message"),
     [
         (lambda scene: MujocoScene(scene.model, scene.data, [], mode="touch"), "write 'feel' or 'see'"),
-        (lambda scene: MujocoScene(scene.model, scene.data, [], every=0), "pass 1 or more"),
+        (lambda scene: MujocoScene(scene.model, scene.data, [], every=0), "pass a whole number from 1 on"),
+        (lambda scene: MujocoScene(scene.model, scene.data, [], every=1.5), "pass a whole number from 1 on"),
+        (lambda scene: scene.step(-1), "asked for -1 steps"),
+        (lambda scene: scene.reset(keyframe=7), "the model has 0 keyframes, and no number 7"),
         (
             lambda scene: MujocoFingertip(scene.model, scene.data, scene.fingertips[0].tip, pad="thumb", target="held"),
             "no site and no body 'thumb'",
@@ -302,7 +307,11 @@ def test_a_contact_that_mujoco_carries_too_is_an_error():
         (lambda scene: MujocoScene(scene.model, scene.data, scene.fingertips[:1] * 2), "two pads share one"),
         (
             lambda scene: MujocoScene(scene.model, mujoco.MjData(scene.model), scene.fingertips),
-            "belongs to other data",
+            "belongs to another model or other data",
+        ),
+        (
+            lambda scene: MujocoScene(pipe_scene(pipe()).model, scene.data, scene.fingertips),
+            "belongs to another model or other data",
         ),
     ],
 )
@@ -314,3 +323,92 @@ def test_bad_input_is_one_error_with_its_remedy(make, message):
 def test_the_pads_begin_clear_of_the_object():
     scene = pipe_scene(pipe())
     assert abs(scene.data.site("left_pad").xpos[0]) == pytest.approx(12.5e-3 + CLEARANCE_M)
+
+
+LOOSE = """<mujoco><option timestep="{step_s}"/><worldbody>
+<site name="under" xyaxes="1 0 0 0 1 0"/><site name="left" pos="-{gap_m} 0 0" xyaxes="0 -1 0 0 0 -1"/>
+<site name="right" pos="{gap_m} 0 0" xyaxes="0 1 0 0 0 -1"/>
+<body name="object" pos="0 0 {height_m}"><freejoint/><geom type="sphere" size="{radius_m}" mass="0.1" contype="0"/>
+<site name="held" xyaxes="{axes}"/></body></worldbody></mujoco>"""
+LYING, UPRIGHT = "1 0 0 0 1 0", "0 -1 0 0 0 -1"
+
+
+def loose(shape, radius_m, pads, axes, *, step_s=5e-4, height_m=0.0, gap_m=1.0, fidelity="winkler"):
+    """A free object of 0.1 kg at fixed pads."""
+    text = LOOSE.format(step_s=step_s, height_m=height_m, gap_m=gap_m, radius_m=radius_m, axes=axes)
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    options = pipe(
+        shape=shape, diameter_mm=2e3 * radius_m, length_mm=40.0, grip_height_mm=20.0, mass_kg=0.1, fidelity=fidelity
+    )
+    tips = [SimulatedFingertip(options, side=side) for side in ("front", "back")]
+    return MujocoScene(
+        model,
+        data,
+        [MujocoFingertip(model, data, tip, pad=pad, target="held") for tip, pad in zip(tips, pads, strict=False)],
+    )
+
+
+@pytest.mark.parametrize("shape", ["sphere", "cylinder"])
+def test_what_rolls_on_a_pad_rolls_on_at_its_speed(shape):
+    """The normal force acts under the object, not where it first touched: else it would be pushed on."""
+    scene = loose(shape, 0.01, ["under"], LYING, height_m=0.0098)
+    scene.step(400)
+    scene.data.qvel[:] = [0.01, 0.0, 0.0, 0.0, 1.0, 0.0]
+    scene.step(1000)
+    assert scene.data.qpos[0] == pytest.approx(5e-3, rel=0.1)
+    assert scene.data.qvel[4] == pytest.approx(1.0, rel=0.1)
+    assert truths(scene)[0].slip_distance_m == 0.0
+
+
+@pytest.mark.parametrize("fidelity", ["winkler", "auto"])
+def test_the_stable_step_is_stable_as_deep_as_results_are_valid(fidelity):
+    def held(step_s):
+        return loose("sphere", 0.02, ["left", "right"], UPRIGHT, step_s=step_s, gap_m=0.0193, fidelity=fidelity)
+
+    scene = held(held(1e-3).fingertips[0].stable_step_s())
+    scene.model.opt.gravity[:] = 0.0
+    forces = []
+    while scene.data.time < 0.3:
+        scene.step()
+        forces.append(truths(scene)[0].normal_force_n)
+    assert np.ptp(forces[-20:]) < 0.02 * forces[-1]
+
+
+def test_a_copied_scene_sees_its_own_data():
+    scene = lifted()
+    copied = copy.deepcopy(scene)
+    assert copied.fingertips[0].data is copied.data is not scene.data
+    before = scene.fingertips[0].pad_pose().position_m
+    for each in (scene, copied):
+        each.step(3)
+    assert truths(copied)[0].tangential_force_n == pytest.approx(truths(scene)[0].tangential_force_n, rel=1e-6)
+    copied.data.qpos[:] += 1e-3
+    mujoco.mj_forward(copied.model, copied.data)
+    assert (copied.fingertips[0].pad_pose().position_m != before).any()
+
+
+def test_a_callback_that_writes_over_the_wrenches_is_an_error():
+    scene = lifted()
+    mujoco.set_mjcb_control(lambda model, data: data.xfrc_applied.fill(0.0))
+    try:
+        with pytest.raises(DataError, match="let it write to qfrc_applied"):
+            scene.step()
+    finally:
+        mujoco.set_mjcb_control(None)
+
+
+def test_a_wall_is_stable_at_every_step():
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><worldbody><body name="pad" pos="0 0 0.1"><freejoint/><geom size="0.01" contype="0"/></body>'
+        '<site name="wall" pos="0 0 0.1"/></worldbody></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    fixed = MujocoFingertip(model, data, SimulatedFingertip(pipe()), pad="wall", target="pad")
+    assert 0 < fixed.stable_step_s() < 1
+    moved = MujocoFingertip(model, data, SimulatedFingertip(pipe()), pad="pad", target="wall")
+    assert 0 < moved.stable_step_s() < 1
+    with pytest.raises(DataError, match="deep in a gel"):
+        moved.wrenches(1e-3)
