@@ -19,6 +19,7 @@ from lsds.testing.leaks import LEAK_CHECKS
 from lsds.testing.lifecycle import LIFECYCLE_CHECKS
 from lsds.testing.machine import check_any_order_of_calls
 from lsds.testing.motion import ARM_CHECKS, GRIPPER_CHECKS
+from lsds.testing.option_keys import OPTION_CHECKS
 from lsds.testing.pictures import PICTURE_CHECKS
 from lsds.testing.sensing import SENSOR_CHECKS
 from lsds.testing.slip_answers import DETECTOR_CHECKS, ESTIMATOR_CHECKS
@@ -68,18 +69,19 @@ _SECTIONS: dict[tuple[Check, ...], str] = {
     (*LIFECYCLE_CHECKS, *LEAK_CHECKS, *LATENCY_CHECKS, *UNPLUGGED_CHECKS, check_any_order_of_calls): "life-cycle",
     STAMP_CHECKS: "samples",
     ALGORITHM_CHECKS: "every-algorithm",
+    OPTION_CHECKS: "options",
 }
 
 
 def checks_of(kind: Kind) -> tuple[Check, ...]:
     """Return the checks of a kind. Raises ValueError for a kind without checks."""
     if kind in _ALGORITHM_CHECKS:
-        return (*ALGORITHM_CHECKS, *_ALGORITHM_CHECKS[kind])
+        return (*OPTION_CHECKS, *ALGORITHM_CHECKS, *_ALGORITHM_CHECKS[kind])
     if kind in _OTHER_CHECKS:
-        return _OTHER_CHECKS[kind]
+        return (*OPTION_CHECKS, *_OTHER_CHECKS[kind])
     if kind not in _DEVICE_CHECKS:
         raise ValueError(f"there are no conformance checks for a {kind}; kinds with checks: {', '.join(CHECKED_KINDS)}")
-    return (*_EVERY_DEVICE, *_DEVICE_CHECKS[kind], check_any_order_of_calls)
+    return (*OPTION_CHECKS, *_EVERY_DEVICE, *_DEVICE_CHECKS[kind], check_any_order_of_calls)
 
 
 def name_of(check: Check) -> str:
