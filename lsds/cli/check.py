@@ -147,7 +147,7 @@ def _bench(
     try:
         bench = Bench(kind, name, options, host, allow_motion)
     except PluginNotFound as error:
-        raise click.UsageError(str(error)) from error
+        raise click.UsageError(f"{error}; install a plugin of your own with pip install -e FOLDER") from error
     if kind == "command":  # Building a command would run it.
         if options:
             issues = [ConfigIssue(key, "a command takes no options") for key in options]

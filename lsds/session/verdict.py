@@ -336,7 +336,8 @@ def _how_held(lift: _Lift) -> str:
         return "contact remained until the end"
     steady_n = lift.figures["steady_normal_force_n"] or 0.0
     times = steady_n / max(lift.needed_n, LEAST_FORCE_N)
-    return f"with {times:.2g} times the greatest force needed, after {1e3 * lift.slip_m:.2g} mm of slip"
+    slid = f"after {1e3 * lift.slip_m:.2g} mm of slip" + (" that the job wanted" if lift.ending.slip_wanted else "")
+    return f"with {times:.2g} times the greatest force needed, {slid}"
 
 
 def _newtons(force_n: float) -> str:

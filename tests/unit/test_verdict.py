@@ -67,6 +67,7 @@ def test_a_slip_that_the_job_wants_is_not_too_far():
     wanted = Ending(done=True, released=False, grips=True, rose=True, began_ns=0, slip_wanted=True)
     found = verdict(HELD, ending=wanted, slip_distance_m=0.031)
     assert (found.outcome, found.slip_margin) == (Outcome.HELD, None)
+    assert verdict(HELD, ending=wanted).reason.endswith("after 1 mm of slip that the job wanted")
 
 
 def test_a_grip_far_above_the_needed_one_crushes():

@@ -28,9 +28,10 @@ class Quantity(click.ParamType[float]):
         """Return the number in SI units."""
         if isinstance(value, float):
             return value
-        found = re.fullmatch(r"\s*([0-9]*\.?[0-9]+)\s*([a-z]+)\s*", str(value))
+        found = re.fullmatch(r"\s*(-?[0-9]*\.?[0-9]+)\s*([a-z]+)\s*", str(value))
         if found is None or found[2] not in self._units:
-            self.fail(f"'{value}' is no {self.name}: write a number and one of {', '.join(self._units)}, such as 5mm")
+            units = ", ".join(self._units)
+            self.fail(f"'{value}' is no {self.name}: write a number and one of {units}, such as 5{self._units[0]}")
         if not float(found[1]) > 0:
             self.fail(f"'{value}' is not above zero: write a {self.name} greater than zero")
         return float(found[1]) * _UNITS[found[2]]
@@ -40,7 +41,7 @@ class Quantity(click.ParamType[float]):
 @click.option("--max-slip", type=Quantity("length", ("mm", "cm", "m", "um")), help="Maximum median slip, such as 5mm.")
 @click.option("--max-grip", type=click.FloatRange(min=1), help="Maximum median ratio of steady grip to needed grip.")
 @click.option(
-    "--budget", type=Quantity("time", ("us", "ms", "s")), help="Maximum time from image to command, such as 1ms."
+    "--budget", type=Quantity("time", ("ms", "us", "s")), help="Maximum time from image to command, such as 1ms."
 )
 @click.option(
     "--budget-ms",

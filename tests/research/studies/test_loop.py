@@ -117,7 +117,8 @@ def test_a_budget_is_a_configuration_of_its_own_and_part_of_the_chosen_rig(run, 
 def test_a_limit_without_a_unit_is_refused(run, wrong):
     code, _, err = run("study", "choose", f"--max-slip={wrong}")
     assert code == 2
-    assert "mm" in err
+    assert ("is not above zero" if wrong == "-1mm" else "write a number and one of mm, cm, m, um, such as 5mm") in err
+    assert "such as 5ms" in run("study", "choose", "--budget=soon")[2]
 
 
 def test_a_malformed_pair_is_one_line(run):
