@@ -86,6 +86,8 @@ class CarriedLoad:
             return
         self.now_n = fmean([loads[-1] for loads in self._last.values()])
         settled_n = fmean([median(loads) for loads in self._last.values()])
+        if not math.isfinite(settled_n):
+            return
         # Only loads that no later one exceeds can become the greatest.
         while self._loads and self._loads[-1][1] <= settled_n:
             self._loads.pop()

@@ -115,7 +115,6 @@ def test_the_list_runs_nothing(capsys, monkeypatch):
         (["gripper:fake-griper"], "did you mean 'fake-gripper'?"),
         (["gripper:acme-2f"], "install a plugin of your own with pip install -e FOLDER"),
         (["gripper:fake-gripper", "--only", "gripper_stop"], "did you mean 'gripper_stops'?"),
-        (["gripper:acme-2f"], "install a plugin of your own with pip install -e FOLDER"),
         (["gripper:fake-gripper", "--set", "latency=3"], "latency: unknown key"),
         (["gripper:fake-gripper", "--set", "latency_ms"], "latency_ms"),
         ([], "Missing argument 'KIND:NAME'"),

@@ -46,9 +46,9 @@ def edges(
             to[x] = (to_x[x] * to_x[x] + to_y[x] * to_y[x]) * own[x]
     flat, weights = steep.ravel(), weight.ravel()
     bound = _bound(flat, most) if flat.size > most else np.float32(0)
-    # Every pixel is written, and only a steep one is kept, so that no branch has to be guessed: one place more than
-    # there are pixels.
-    at = np.empty(flat.size + 1, np.int32)
+    # The number of every pixel is written, and that of a flat one overwritten: a branch would often be predicted
+    # wrongly.
+    at = np.empty(flat.size, np.int32)
     count = 0
     for i in range(flat.size):
         at[count] = i
@@ -91,7 +91,7 @@ def _bound(steep: NDArray[np.float32], most: int) -> np.float32:
     if some.size <= keep:
         return np.float32(0)
     mean = np.float32(some.mean())
-    high, count = np.empty(some.size + 1, np.float32), 0
+    high, count = np.empty(some.size, np.float32), 0
     for i in range(some.size):
         high[count] = some[i]
         count += int(some[i] > mean)

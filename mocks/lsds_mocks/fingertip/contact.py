@@ -52,33 +52,37 @@ class Outline:
         place = Placement(float(p[0]), float(p[1]), math.atan2(-along[0], along[1]))
         half_pad = pad_m[0] / 2, pad_m[1] / 2
         if self.shape == "sphere":
-            if not (abs(p[0]) < self.half_m + half_pad[0] and abs(p[1]) < self.half_m + half_pad[1]):
+            # Half the width of what lies below the gel's surface.
+            cap_m = math.sqrt(max(self.half_m**2 - float(p[2]) ** 2, 0.0))
+            covered = _covered((float(p[1]) - self.half_m, float(p[1]) + self.half_m), half_pad[1])
+            if not (abs(p[0]) < half_pad[0] + cap_m and abs(p[1]) < half_pad[1] + cap_m):
                 return None
-            reach = _covered((float(p[1]) - self.half_m, float(p[1]) + self.half_m), half_pad[1])
-            return Touch(self.half_m - float(p[2]), reach, 0.0, place, None)
+            return Touch(self.half_m - float(p[2]), covered, 0.0, place, None)
         length = math.hypot(along[0], along[1])
         # Unit vector on the pad at right angles to the object.
         beside = np.array([along[1], -along[0], 0.0]) / length if length > _ON_END else np.array([1.0, 0.0, 0.0])
         outward = seen.rotation[:, 2]
+        if self.shape == "cylinder":
+            outward = np.cross(beside, along)
         outward = -outward if outward[2] > 0 else outward
-        if self.shape == "box":
-            nearest, side = p + self.half_m * outward, self.half_width_m * seen.rotation[:, 0]
-        else:
-            # The line of a cylinder's axis, or of an edge's ridge.
-            nearest, side = p if self.shape == "cylinder" else p + self.half_m * outward, self.half_m * beside
-        before, after = -self.above_m * along, self.below_m * along
-        if not _overlaps(nearest, side, (before, after), half_pad):
+        # The middle of the face, or of the line, that is turned to the pad.
+        nearest, before, after = p + self.half_m * outward, -self.above_m * along, self.below_m * along
+        side = self.half_width_m * seen.rotation[:, 0] if self.shape == "box" else self.half_m * beside
+        height = (
+            _height_of_face(nearest, side, before, after)
+            if self.shape == "box"
+            else _height_of_line(nearest, before, after)
+        )
+        if self.shape == "cylinder":
+            side = math.sqrt(max(self.half_m**2 - (self.half_m + min(height, 0.0)) ** 2, 0.0)) * beside
+        reach = None
+        if abs(along[1]) >= _UPRIGHT:
+            ends = sorted((float(nearest[1] + before[1]), float(nearest[1] + after[1])))
+            reach = _covered((ends[0], ends[1]), half_pad[1])
+        if not _overlaps(nearest, side, (before, after), half_pad) or (reach is not None and reach[0] >= reach[1]):
             return None
-        if self.shape == "box":
-            tilt, height = math.acos(_unit(-outward[2])), _height_of_face(nearest, side, before, after)
-        elif self.shape == "cylinder":
-            tilt, height = abs(math.asin(_unit(along[2]))), _height_of_line(nearest, before, after) - self.half_m
-        else:
-            tilt, height = math.acos(_unit(-outward[2])), _height_of_line(nearest, before, after)
-        ends = sorted((float(nearest[1] + before[1]), float(nearest[1] + after[1])))
-        reach = _covered((ends[0], ends[1]), half_pad[1]) if abs(along[1]) >= _UPRIGHT else None
         rolls = (float(beside[0]), float(beside[1])) if self.shape == "cylinder" else (0.0, 0.0)
-        return Touch(-height, reach, tilt, place, rolls)
+        return Touch(-height, reach, math.acos(_unit(-outward[2])), place, rolls)
 
 
 def _covered(range_m: tuple[float, float], half_m: float) -> tuple[float, float] | None:

@@ -154,6 +154,8 @@ class SimulatedFingertip:
         of = self.options
         # A push at the grip also turns an object that is gripped away from its middle, as if its mass were less.
         off_centre = (of.grip_height_mm - of.length_mm / 2) / of.length_mm
+        if not pad_kg > 0:
+            raise DataError(f"fingertip: mass of a pad is {pad_kg} kg; pass more than 0, or math.inf for a fixed one")
         own_kg = (of.mass_kg if object_kg is None else object_kg) / (1 + 12 * off_centre**2)
         inverse_kg = 1 / own_kg + 1 / (2 * pad_kg)
         if inverse_kg == 0:
@@ -249,7 +251,7 @@ class SimulatedFingertip:
         if self._seen is None:
             self._begin(touch.place)
         else:
-            moved = motion_between(self._seen, seen)
+            moved = _at(self._rolled_m, motion_between(self._seen, seen))
             depth += touch.indentation_m - self._indentation_m
         speed = Motion(*(part / dt_s for part in moved))
         ahead = [part + dt_s * (new - old) for part, new, old in zip(moved, speed, self._speed, strict=True)]
@@ -371,6 +373,12 @@ class SimulatedFingertip:
         )
 
 
+def _at(offset_m: tuple[float, float], moved: Motion) -> Motion:
+    """Return the motion of a contact `offset_m` (x, y) ahead of the gel's: what turns there moves the gel, too."""
+    x, y = offset_m
+    return Motion(moved.dx_m - moved.dtheta_rad * y, moved.dy_m + moved.dtheta_rad * x, moved.dtheta_rad)
+
+
 def _along(direction: tuple[float, float] | None, x_m: float, y_m: float) -> tuple[float, float]:
     """Return the part of a vector along a direction; all of it without a direction."""
     if direction is None:
@@ -396,7 +404,7 @@ _TYPICAL_SHEAR_M = 5e-6
 _ROLLING = 3.0
 """Stiffness per inertia of a cylinder that rolls on two pads and of one that moves along, as a ratio to the latter."""
 _MARGIN = 0.7
-"""Part of the estimated greatest stable step that is used. As deep as is valid in elastic gels, 0.7 times the estimate
-is stable, and 0.9 times it is not (a capsule of 24 mm; simulated)."""
+"""Part of the estimated greatest stable step that is used with elastic gels, indented as deeply as is valid. Of a
+capsule of 24 mm a part of 0.7 was stable there, and one of 0.9 was not (simulated)."""
 _MARGIN_BRISTLES = 0.9
 """The same for bristles: steps of 1.1 times the estimate are stable (sphere, capsules, box; simulated)."""

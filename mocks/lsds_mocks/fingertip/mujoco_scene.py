@@ -127,7 +127,7 @@ class MujocoScene:
         require("mujoco", extra="mujoco", purpose="a fingertip in a MuJoCo scene")
         if mode not in ("feel", "see"):
             raise DataError(f"MuJoCo scene: mode is {mode!r}; write 'feel' or 'see'")
-        if every != int(every) or every < 1:
+        if not isinstance(every, int) or every < 1:
             raise DataError(f"MuJoCo scene: every is {every}; pass a whole number from 1 on")
         if any(fingertip.data is not data or fingertip.model is not model for fingertip in fingertips):
             raise DataError(
@@ -150,8 +150,8 @@ class MujocoScene:
         Raises DataError if MuJoCo's simulation diverges, if MuJoCo collides what a fingertip feels, if a callback of
         MuJoCo writes over the wrenches, and for poses that a fingertip cannot have.
         """
-        if steps < 1:
-            raise DataError(f"MuJoCo scene: asked for {steps} steps; pass 1 or more")
+        if steps < 0:
+            raise DataError(f"MuJoCo scene: asked for {steps} steps; pass 0 or more")
         mujoco, model, data = _engine(), self.model, self.data
         for _ in range(steps):
             if data.time < self._time_s:
@@ -162,7 +162,8 @@ class MujocoScene:
             given = data.xfrc_applied.copy()
             try:
                 mujoco.mj_step(model, data)
-                replaced = (data.xfrc_applied != given).any()
+                held = self.applied.any(axis=1)
+                replaced = not np.array_equal(data.xfrc_applied[held], given[held], equal_nan=True)
             finally:
                 data.xfrc_applied[:] = own
             self._time_s = float(data.time)

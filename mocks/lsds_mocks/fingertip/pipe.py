@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from lsds_mocks.fingertip.mujoco_scene import Mode
 
 Grip = Literal["force", "aperture"]
-STEPS_S = (2e-3, 1e-3, 0.5e-3, 0.25e-3)
+STEPS_S = (2e-3, 1e-3, 0.5e-3, 0.25e-3, 0.125e-3)
 """Time steps of which a scene uses the longest that is stable for its object, s."""
 PAD_KG = 0.5
 """Mass of a finger with its share of the drive, kg. An order of magnitude."""
@@ -48,12 +48,23 @@ def pipe_mjcf(options: ContactOptions, *, step_s: float = STEPS_S[1], mode: Mode
     width = options.width_mm * 0.5e-3 if options.shape == "box" else half
     round_ = options.shape in ("cylinder", "sphere")
     form = f'type="cylinder" size="{half} {length / 2}"' if round_ else f'type="box" size="{half} {width} {length / 2}"'
+    middle = f'pos="0 0 {length / 2 - grip_m}"'
+    surface = f'mass="{options.mass_kg}" friction="{options.static_friction}"'
+    # MuJoCo 4.0.0 finds no contact of a plane and a cylinder that is tilted by 1e-18, so a box in it meets the table.
+    within = half / math.sqrt(2)
+    foot = f"""
+      <geom type="box" size="{within} {within} {length / 2}" {middle} mass="0" friction="{options.static_friction}"/>"""
+    body = (
+        f'<geom {form} {middle} {surface} contype="2" conaffinity="0"/>{foot}'
+        if round_
+        else f"<geom {form} {middle} {surface}/>"
+    )
     start = half + CLEARANCE_M
     damping = PAD_DAMPING_N_S_M if by_force else 2 * math.sqrt(DRIVE_N_M * PAD_KG)
     fingers = ""
     for name, sign in (("left", 1), ("right", -1)):
         pad = f"""
-          <geom type="box" size="0.004 0.01248 0.01008" pos="{-sign * 0.004} 0 0" mass="{PAD_KG}"/>
+          <geom type="box" size="0.004 0.01248 0.01008" pos="{-sign * 0.004} 0 0" mass="{PAD_KG}" conaffinity="3"/>
           <site name="{name}_pad" xyaxes="0 {-sign} 0 0 0 -1"/>"""
         at = f'gravcomp="1" pos="{-sign * start} 0 {grip_m}"'
         drive = f'<joint name="{name}_slide" type="slide" axis="{sign} 0 0" damping="{damping}"/>'
@@ -86,7 +97,7 @@ def pipe_mjcf(options: ContactOptions, *, step_s: float = STEPS_S[1], mode: Mode
     </body>
     <body name="object" pos="0 0 {grip_m}">
       <freejoint/>
-      <geom {form} pos="0 0 {length / 2 - grip_m}" mass="{options.mass_kg}" friction="{options.static_friction}"/>
+      {body}
       <site name="held" xyaxes="0 -1 0 0 0 -1"/>
     </body>
   </worldbody>

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from lsds_mocks.cell.options import CellOptions
+from lsds_mocks.fingertip.contact import Outline
 from lsds_mocks.fingertip.fingertip import SimulatedFingertip
 from lsds_mocks.fingertip.pose import Motion, Pose, motion_between
 from lsds_mocks.objects.catalogue import CATALOGUE
@@ -207,6 +208,7 @@ def test_motion_is_that_of_the_material_at_the_pad():
         (lambda: fingertip().step(PAD, Pose.of((0, 0, -12e-3)), DT_S), "check that the pad.s z points to the object"),
         (lambda: fingertip().step(((0, 0, 0), np.eye(3)), at(0.0), DT_S), r"make them with Pose\.of"),
         (lambda: SimulatedFingertip("can"), r"pass ContactOptions\(object=\"can\"\)"),
+        (lambda: fingertip().stable_step_s(0.0), "mass of a pad is 0.0 kg"),
         (lambda: SimulatedFingertip(seed=-1), "seed is -1; pass 0 or more"),
     ],
 )
@@ -221,6 +223,10 @@ def test_an_object_beside_the_pad_does_not_touch_it(shape):
     pad, half_m = Pose.of([0, 0, 0]), options.diameter_mm * 0.5e-3
     near_m = 0.5e-3 * (options.width_mm if shape == "box" else options.diameter_mm)
     edge_m = near_m + 0.5e-3 * options.pad_width_mm
+
+    if shape == "cylinder":  # Its part below the gel's surface counts.
+        near_m = math.sqrt(half_m**2 - (half_m - 2e-4) ** 2)
+        edge_m = near_m + 0.5e-3 * options.pad_width_mm
 
     def force_n(x_m):
         return SimulatedFingertip(options).step(pad, Pose.of([x_m, 0, half_m - 2e-4]), 1e-3)[2]
@@ -264,15 +270,62 @@ def test_an_object_that_lies_along_x_ends_where_it_ends(shape, lies_m, presses):
 
 def test_an_object_on_its_edge_carries_nothing_and_is_not_valid():
     options = CellOptions(fidelity="winkler", shape="box", diameter_mm=20, width_mm=60, length_mm=60, grip_height_mm=30)
-    tip = SimulatedFingertip(options)
-    for degrees in (44, 50, 85, 90):
-        lean = math.radians(degrees)
-        # Its lower corner lies a millimetre deep.
-        low_m = 0.03 * math.sin(lean) + 0.01 * math.cos(lean)
-        wrench = tip.step(PAD, Pose.of((0, 0, low_m - 1e-3), turned(lean, 0)), DT_S)
-        assert not wrench.any() or degrees < 45
-    tip.step(PAD, Pose.of((0, 0, 0.02), turned(math.radians(85), 0)), DT_S)
-    assert tip.truth().invalid[-1] == "beyond a tilt of 45 degrees the pad carries nothing"
+    carries = {}
+    for degrees in (44, 46, 90):
+        tip, lean = SimulatedFingertip(options), turned(math.radians(degrees), 0)
+        # The middle of the face that is turned to the pad lies half a millimetre deep over its centre.
+        face = lean @ np.array([0.0, 0.0, -0.01])
+        carries[degrees] = tip.step(PAD, Pose.of(-face - np.array([0.0, 0.0, 5e-4]), lean), DT_S).any()
+        assert ("beyond a tilt of 45 degrees the pad carries nothing" in tip.truth().invalid) == (degrees > 45)
+    assert carries == {44: True, 46: False, 90: False}
+
+
+@given(
+    shape=st.sampled_from(["cylinder", "box", "edge"]),
+    x_m=st.floats(-0.06, 0.06),
+    y_m=st.floats(-0.06, 0.06),
+    yaw=st.floats(-math.pi, math.pi),
+    tilt=st.floats(-0.7, 0.7),
+)
+def test_what_touches_covers_a_part_of_the_pad(shape, x_m, y_m, yaw, tilt):
+    outline = Outline(shape, 0.01, 0.03, 0.03, 0.03 if shape == "box" else 0.01)
+    touch = outline.touch(Pose.of((x_m, y_m, 9e-3), turned(yaw, 2) @ turned(tilt, 0)), (0.025, 0.02))
+    if touch is not None and touch.reach_m is not None:
+        assert -0.01 <= touch.reach_m[0] < touch.reach_m[1] <= 0.01
+
+
+@pytest.mark.parametrize("degrees", [0, 5, 10, 20])
+def test_a_tilted_cylinder_is_as_deep_as_its_surface(degrees):
+    """A straight line along z through the pad's centre leaves the cylinder at its axis' height less r / cos(tilt)."""
+    lean = math.radians(degrees)
+    outline = Outline("cylinder", 0.012, 0.05, 0.05, 0.012)
+    touch = outline.touch(Pose.of((0, 0, 0.0119), turned(lean, 0)), (0.025, 0.02))
+    assert touch.indentation_m == pytest.approx(0.012 / math.cos(lean) - 0.0119)
+    assert touch.tilt_rad == pytest.approx(lean)
+
+
+@pytest.mark.parametrize("shape", ["sphere", "cylinder"])
+def test_an_object_that_has_rolled_turns_about_its_own_contact(shape):
+    """It is neither sheared nor does it slip, as if it had not rolled."""
+    tip = fingertip(shape=shape, diameter_mm=20, length_mm=20, grip_height_mm=10)
+    for angle in np.linspace(0.0, 0.3, 100):
+        tip.step(PAD, at(3e-4, x_m=0.01 * angle, rotation=turned(angle, 1), half_m=0.01), DT_S)
+    before = tip.truth()
+    for yaw in np.linspace(0.0, 0.3 if shape == "sphere" else 0.02, 100):
+        turn = turned(yaw, 2) @ turned(0.3, 1)
+        tip.step(PAD, at(3e-4, x_m=3e-3, rotation=turn, half_m=0.01), DT_S)
+    assert tip.truth().slip_distance_m == before.slip_distance_m == 0.0
+    assert tip.truth().tangential_force_n < before.tangential_force_n + 0.02
+
+
+def test_a_ball_whose_contact_leaves_the_pad_is_not_carried():
+    tip = fingertip(shape="sphere", diameter_mm=20, length_mm=20, grip_height_mm=10)
+    carried = [
+        tip.step(PAD, at(3e-4, x_m=0.01 * angle, rotation=turned(angle, 1), half_m=0.01), DT_S)[2] > 0
+        for angle in np.linspace(0.0, 2.0, 400)
+    ]
+    # Half of the pad's width is 12.5 mm, and the ball's cap below the gel's surface 2.4 mm wide.
+    assert carried.index(False) * 2.0 / 399 * 10 == pytest.approx(12.5 + 2.4, abs=0.2)
 
 
 @pytest.mark.parametrize("bad", [{"normal_n": math.nan}, {"target": [0.0, 0.0, math.nan]}])
