@@ -147,21 +147,24 @@ def need_of(stick: Floats, slide: Floats, cap: int, shift: int, risk: float) -> 
     """
     loads, limits = stick.shape
     last = loads + limits - 2
+    # From the greatest need to the least, so that a row of cells adds to it forwards.
     mass = np.zeros(last + 1)
     for i in range(loads):
-        row, other, at = stick[i], slide[i], min(i, cap)
+        row, other = stick[i], slide[i]
+        into = mass[loads - 1 - min(i, cap) :]
         for j in range(limits):
-            mass[at - j + limits - 1] += row[j]
-        for j in range(limits):
-            k = i - j + limits - 1 + shift
-            if 0 <= k <= last:
-                mass[k] += other[j]
-    at, beyond = last, mass[last]
-    while at > 0 and beyond + mass[at - 1] <= risk:
-        at -= 1
+            into[j] += row[j]
+        begin = loads - 1 - i - shift
+        # The greatest needs may be beyond the grid.
+        into, within = mass[max(begin, 0) :], other[min(max(-begin, 0), limits) :]
+        for j in range(len(within)):
+            into[j] += within[j]
+    at, beyond = 0, mass[0]
+    while at < last and beyond + mass[at + 1] <= risk:
+        at += 1
         beyond += mass[at]
-    upper = beyond + mass[at - 1] if at else 1.0
-    return float(at - 1 + (upper - risk) / max(upper - beyond, 1e-12))
+    upper = beyond + mass[at + 1] if at < last else 1.0
+    return float(last - at - 1 + (upper - risk) / max(upper - beyond, 1e-12))
 
 
 @compiled
