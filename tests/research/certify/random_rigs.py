@@ -2,7 +2,8 @@
 
 `python -m tests.research.certify.random_rigs --rigs 20 --runs 48 --counted 96 [--out FILE] [--jobs 2]` draws rigs
 (timing, noise, fingers, algorithms), certifies each with a number of lifts, and counts the drops among other lifts
-drawn evenly from the same space. A count of n lifts has an error, too: it is also compared with the 95 %
+drawn evenly from the same space. Rigs that are in FILE are not run again; `--rigs 0` only sums up. Those done so far
+are in `rigs.jsonl` next to this file. A count of n lifts has an error, too: it is also compared with the 95 %
 of counts that the interval, taken as a Beta distribution, predicts. Figures are simulated.
 """
 
@@ -72,8 +73,11 @@ def main() -> None:
         parser.add_argument(f"--{name}", type=int, default=usual)
     parser.add_argument("--out", type=Path)
     own = parser.parse_args()
-    rows = []
+    done = own.out.read_text(encoding="utf-8").splitlines() if own.out and own.out.exists() else []
+    rows = [json.loads(line) for line in done]
     for rig in range(own.first, own.first + own.rigs):
+        if any(row["rig"] == rig for row in rows):
+            continue
         settings = drawn(rig)
         certificate = certified(settings, own.runs, FIRST + rig, own.jobs, plain=False)
         count = certified(settings, own.counted, 2 * FIRST + rig, own.jobs, plain=True)
@@ -97,7 +101,11 @@ def main() -> None:
             flush=True,
         )
     covers, predicted = (sum(row[key] for row in rows) for key in ("covers", "predicts"))
-    print(f"interval contains the count of {covers} of {len(rows)} rigs; predicts it for {predicted}")
+    least = beta.ppf(0.05, predicted, len(rows) - predicted + 1) if predicted else 0.0
+    print(
+        f"interval contains the count of {covers} of {len(rows)} rigs; predicts it for {predicted}, so for at least "
+        f"{least:.0%} of all rigs (95 %, one-sided)"
+    )
 
 
 if __name__ == "__main__":
