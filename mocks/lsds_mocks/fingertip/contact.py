@@ -52,37 +52,40 @@ class Outline:
         place = Placement(float(p[0]), float(p[1]), math.atan2(-along[0], along[1]))
         half_pad = pad_m[0] / 2, pad_m[1] / 2
         if self.shape == "sphere":
-            # Half the width of what lies below the gel's surface.
-            cap_m = math.sqrt(max(self.half_m**2 - float(p[2]) ** 2, 0.0))
-            covered = _covered((float(p[1]) - self.half_m, float(p[1]) + self.half_m), half_pad[1])
-            if not (abs(p[0]) < half_pad[0] + cap_m and abs(p[1]) < half_pad[1] + cap_m):
-                return None
-            return Touch(self.half_m - float(p[2]), covered, 0.0, place, None)
+            return self._ball(float(p[2]), place, half_pad)
         length = math.hypot(along[0], along[1])
         # Unit vector on the pad at right angles to the object.
         beside = np.array([along[1], -along[0], 0.0]) / length if length > _ON_END else np.array([1.0, 0.0, 0.0])
-        outward = seen.rotation[:, 2]
-        if self.shape == "cylinder":
-            outward = np.cross(beside, along)
+        outward = np.cross(beside, along) if self.shape == "cylinder" else seen.rotation[:, 2]
         outward = -outward if outward[2] > 0 else outward
         # The middle of the face, or of the line, that is turned to the pad.
-        nearest, before, after = p + self.half_m * outward, -self.above_m * along, self.below_m * along
-        side = self.half_width_m * seen.rotation[:, 0] if self.shape == "box" else self.half_m * beside
-        height = (
-            _height_of_face(nearest, side, before, after)
-            if self.shape == "box"
-            else _height_of_line(nearest, before, after)
-        )
+        middle, before, after = p + self.half_m * outward, -self.above_m * along, self.below_m * along
+        rolls = (0.0, 0.0)
+        if self.shape == "box":
+            side = self.half_width_m * seen.rotation[:, 0]
+            height = _height_of_face(middle, side, before, after)
+        else:
+            side, height = self.half_m * beside, float(_nearest(middle, before, after)[2])
         if self.shape == "cylinder":
-            side = math.sqrt(max(self.half_m**2 - (self.half_m + min(height, 0.0)) ** 2, 0.0)) * beside
+            side, rolls = self._cap_m(self.half_m + height) * beside, (float(beside[0]), float(beside[1]))
         reach = None
         if abs(along[1]) >= _UPRIGHT:
-            ends = sorted((float(nearest[1] + before[1]), float(nearest[1] + after[1])))
+            ends = sorted((float(middle[1] + before[1]), float(middle[1] + after[1])))
             reach = _covered((ends[0], ends[1]), half_pad[1])
-        if not _overlaps(nearest, side, (before, after), half_pad) or (reach is not None and reach[0] >= reach[1]):
+        if not _overlaps(middle, side, (before, after), half_pad) or (reach is not None and reach[0] >= reach[1]):
             return None
-        rolls = (float(beside[0]), float(beside[1])) if self.shape == "cylinder" else (0.0, 0.0)
         return Touch(-height, reach, math.acos(_unit(-outward[2])), place, rolls)
+
+    def _ball(self, height_m: float, place: Placement, half_pad: tuple[float, float]) -> Touch | None:
+        cap_m = self._cap_m(height_m)
+        if not (abs(place.x_m) < half_pad[0] + cap_m and abs(place.y_m) < half_pad[1] + cap_m):
+            return None
+        reach = _covered((place.y_m - self.half_m, place.y_m + self.half_m), half_pad[1])
+        return Touch(self.half_m - height_m, reach, 0.0, place, None)
+
+    def _cap_m(self, height_m: float) -> float:
+        """Return half the width of the part below the gel's surface, of a round object whose middle is at a height."""
+        return math.sqrt(max(self.half_m**2 - min(height_m, self.half_m) ** 2, 0.0))
 
 
 def _covered(range_m: tuple[float, float], half_m: float) -> tuple[float, float] | None:
@@ -114,15 +117,17 @@ def _overlaps(
     return True
 
 
-def _height_of_line(point: NDArray[np.float64], before: NDArray[np.float64], after: NDArray[np.float64]) -> float:
-    """Return the height of a line from `point` + `before` to `point` + `after` where it is nearest to the pad's
-    centre, seen along the pad's z."""
-    start, along = point + before, after - before
+def _nearest(
+    middle: NDArray[np.float64], before: NDArray[np.float64], after: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the point (3,) of a line, from `middle` + `before` to `middle` + `after`, that is nearest to the pad's
+    centre, seen along the pad's z; `middle` itself of a line that stands on its end."""
+    start, along = middle + before, after - before
     flat = float(along[0] ** 2 + along[1] ** 2)
     if flat < _ON_END**2 * float(along @ along):
-        return float(point[2])
+        return middle
     part = min(max(-float(start[:2] @ along[:2]) / flat, 0.0), 1.0)
-    return float(start[2] + part * along[2])
+    return np.asarray(start + part * along)
 
 
 def _height_of_face(
@@ -140,14 +145,8 @@ def _height_of_face(
     # The pad's centre is not under the face: one of its four sides is nearest.
     none = np.zeros(3)
     sides = ((start, long), (start + wide, long), (start, wide), (start + long, wide))
-    return min(((_distance(at, to), _height_of_line(at, none, to)) for at, to in sides))[1]
-
-
-def _distance(start: NDArray[np.float64], along: NDArray[np.float64]) -> float:
-    """Return the distance of a line from `start` to `start` + `along` from the pad's centre, seen along its z."""
-    flat = float(along[0] ** 2 + along[1] ** 2)
-    part = min(max(-float(start[:2] @ along[:2]) / flat, 0.0), 1.0) if flat > 0 else 0.0
-    return math.hypot(float(start[0] + part * along[0]), float(start[1] + part * along[1]))
+    points = (_nearest(at, none, to) for at, to in sides)
+    return float(min(points, key=lambda point: math.hypot(point[0], point[1]))[2])
 
 
 def _unit(value: float) -> float:

@@ -151,11 +151,11 @@ class SimulatedFingertip:
         `object_kg` replaces the mass in the options. The stiffness is that of a gel without history, indented as deeply
         as is valid: by a fifth of its thickness.
         """
+        if not pad_kg > 0:
+            raise DataError(f"fingertip: mass of a pad is {pad_kg} kg; pass more than 0, or math.inf for a fixed one")
         of = self.options
         # A push at the grip also turns an object that is gripped away from its middle, as if its mass were less.
         off_centre = (of.grip_height_mm - of.length_mm / 2) / of.length_mm
-        if not pad_kg > 0:
-            raise DataError(f"fingertip: mass of a pad is {pad_kg} kg; pass more than 0, or math.inf for a fixed one")
         own_kg = (of.mass_kg if object_kg is None else object_kg) / (1 + 12 * off_centre**2)
         inverse_kg = 1 / own_kg + 1 / (2 * pad_kg)
         if inverse_kg == 0:
@@ -251,7 +251,7 @@ class SimulatedFingertip:
         if self._seen is None:
             self._begin(touch.place)
         else:
-            moved = _at(self._rolled_m, motion_between(self._seen, seen))
+            moved = _moved_at(self._rolled_m, motion_between(self._seen, seen))
             depth += touch.indentation_m - self._indentation_m
         speed = Motion(*(part / dt_s for part in moved))
         ahead = [part + dt_s * (new - old) for part, new, old in zip(moved, speed, self._speed, strict=True)]
@@ -373,7 +373,7 @@ class SimulatedFingertip:
         )
 
 
-def _at(offset_m: tuple[float, float], moved: Motion) -> Motion:
+def _moved_at(offset_m: tuple[float, float], moved: Motion) -> Motion:
     """Return the motion of a contact `offset_m` (x, y) ahead of the gel's: what turns there moves the gel, too."""
     x, y = offset_m
     return Motion(moved.dx_m - moved.dtheta_rad * y, moved.dy_m + moved.dtheta_rad * x, moved.dtheta_rad)

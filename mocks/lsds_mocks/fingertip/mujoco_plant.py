@@ -18,8 +18,8 @@ from lsds.errors import ConfigError, ConfigIssue, DataError
 from lsds.support.extras import require
 from lsds_mocks.cell.build import build_friction, cell_of, plant_streams
 from lsds_mocks.fingertip.fingertip import SimulatedFingertip
-from lsds_mocks.fingertip.mujoco_scene import MujocoFingertip, MujocoScene, frame_kind, mass_of
-from lsds_mocks.fingertip.pipe import PAD_KG, STEPS_S, pipe_mjcf
+from lsds_mocks.fingertip.mujoco_scene import MujocoFingertip, MujocoScene, frame_kind, mass_of, mujoco_engine
+from lsds_mocks.fingertip.pipe import PAD_KG, longest_step_s, pipe_mjcf
 from lsds_mocks.plant.physics import FINGERS, Physics
 from lsds_mocks.plant.vibration import Vibration
 
@@ -143,18 +143,14 @@ class MujocoPlant(Physics):
 
 def _model(options: MujocoCellOptions, tip: SimulatedFingertip) -> tuple[Any, Any]:
     """Return the scene's model and data. Raises DataError for a scene that MuJoCo cannot read or step."""
-    import mujoco
-
-    engine: Any = mujoco  # Its functions are compiled and have no types.
+    engine = mujoco_engine()
     if options.scene:
         try:
             model = engine.MjModel.from_xml_path(str(Path(options.scene)))
         except (ValueError, OSError) as error:
             raise DataError(f"scene = {options.scene}: MuJoCo cannot read it: {error}") from error
     else:
-        stable = tip.stable_step_s(PAD_KG)
-        most = min(stable, options.step_ms * 1e-3)
-        step_s = next((step for step in STEPS_S if step <= most), STEPS_S[-1])
+        step_s = longest_step_s(min(tip.stable_step_s(PAD_KG), options.step_ms * 1e-3))
         model = engine.MjModel.from_xml_string(pipe_mjcf(options, step_s=step_s, grip="aperture"))
     parts = options.step_ms * 1e-3 / float(model.opt.timestep)
     if parts < 1 or abs(parts - round(parts)) > 1e-6:

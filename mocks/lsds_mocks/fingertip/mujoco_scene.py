@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -34,19 +34,19 @@ class MujocoFingertip:
         self.tip = tip
         self.pad, self.target = pad, target
         self.data, self.model = data, model
-        self._frames = tuple(_frame(model, name) for name in (pad, target))
-        self.pad_body, self.target_body = (frame[2] for frame in self._frames)
+        self._of_pad, self._of_target = _frame(model, pad), _frame(model, target)
+        self.pad_body, self.target_body = self._of_pad.body, self._of_target.body
         self._pair = [int(model.body_weldid[body]) for body in (self.pad_body, self.target_body)]
         if self._pair[0] == self._pair[1]:
             raise DataError(f"MuJoCo scene: pad {pad!r} and object {target!r} are on one body; name a frame of each")
 
     def pad_pose(self) -> Pose:
         """Return the pose of the pad in the world now."""
-        return _pose(self.data, *self._frames[0][:2])
+        return self._of_pad.pose(self.data)
 
     def target_pose(self) -> Pose:
         """Return the pose of the object's frame in the world now."""
-        return _pose(self.data, *self._frames[1][:2])
+        return self._of_target.pose(self.data)
 
     def wrenches(self, dt_s: float) -> list[tuple[int, NDArray[np.float64]]]:
         """Step the fingertip to the scene's present poses; return the wrench on either body at its centre of mass."""
@@ -95,7 +95,7 @@ class MujocoFingertip:
         found = self.contacts()
         if not found:
             return None
-        engine = _engine()
+        engine = mujoco_engine()
         total, force = 0.0, np.zeros(6)
         for i in found:
             engine.mj_contactForce(self.model, self.data, i, force)
@@ -135,7 +135,7 @@ class MujocoScene:
             )
         if len({id(fingertip.tip) for fingertip in fingertips}) < len(fingertips):
             raise DataError("MuJoCo scene: two pads share one SimulatedFingertip; make one for each")
-        warnings = _engine().mjtWarning
+        warnings = mujoco_engine().mjtWarning
         self._diverged = [int(getattr(warnings, f"mjWARN_BAD{of}")) for of in ("QPOS", "QVEL", "QACC")]
         self.model, self.data = model, data
         self.fingertips = tuple(fingertips)
@@ -152,7 +152,7 @@ class MujocoScene:
         """
         if steps < 0:
             raise DataError(f"MuJoCo scene: asked for {steps} steps; pass 0 or more")
-        mujoco, model, data = _engine(), self.model, self.data
+        mujoco, model, data = mujoco_engine(), self.model, self.data
         for _ in range(steps):
             if data.time < self._time_s:
                 self.forget()
@@ -191,7 +191,7 @@ class MujocoScene:
 
     def reset(self, keyframe: int | None = None) -> None:
         """Begin a new trial: reset MuJoCo's data, to a keyframe if one is given, and the fingertips."""
-        engine = _engine()
+        engine = mujoco_engine()
         if keyframe is None:
             engine.mj_resetData(self.model, self.data)
         elif 0 <= keyframe < self.model.nkey:
@@ -229,7 +229,7 @@ class MujocoScene:
         return f"MuJoCo scene: bodies {' and '.join(names)} collide in MuJoCo, too; {remedy}"
 
 
-def _engine() -> Any:
+def mujoco_engine() -> Any:
     """Return the module `mujoco`, whose functions are compiled and have no types. A scene that held it could not be
     copied."""
     import mujoco
@@ -244,18 +244,26 @@ def mass_of(model: Any, body: int) -> float:
     return float(model.body_subtreemass[top]) if top and model.body_mocapid[top] < 0 else math.inf
 
 
-def _frame(model: Any, name: str) -> tuple[str, int, int]:
-    """Return kind and number of a frame, and the number of the body that carries it."""
+class _Frame(NamedTuple):
+    """A frame of a model: "site" or "body", its number, and the number of the body that carries it."""
+
+    kind: str
+    number: int
+    body: int
+
+    def pose(self, data: Any) -> Pose:
+        """Return the frame's pose in the world now."""
+        places, turns = (data.site_xpos, data.site_xmat) if self.kind == "site" else (data.xpos, data.xmat)
+        return Pose(places[self.number].copy(), turns[self.number].reshape(3, 3).copy())
+
+
+def _frame(model: Any, name: str) -> _Frame:
+    """Return the frame of a name. Raises DataError for one that the model does not have."""
     kind = frame_kind(model, name)
     if kind is None:
         raise DataError(f"MuJoCo scene: no site and no body {name!r} in the model; name the frame of pad or object")
     number = int(getattr(model, kind)(name).id)
-    return kind, number, int(model.site_bodyid[number]) if kind == "site" else number
-
-
-def _pose(data: Any, kind: str, number: int) -> Pose:
-    place, turn = (data.site_xpos, data.site_xmat) if kind == "site" else (data.xpos, data.xmat)
-    return Pose(place[number].copy(), turn[number].reshape(3, 3).copy())
+    return _Frame(kind, number, int(model.site_bodyid[number]) if kind == "site" else number)
 
 
 def frame_kind(model: Any, name: str) -> str | None:

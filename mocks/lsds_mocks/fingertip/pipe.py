@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from lsds.support.extras import require
 from lsds_mocks.cell.options import ContactOptions
 from lsds_mocks.fingertip.fingertip import SimulatedFingertip
-from lsds_mocks.fingertip.mujoco_scene import MujocoFingertip, MujocoScene
+from lsds_mocks.fingertip.mujoco_scene import MujocoFingertip, MujocoScene, mujoco_engine
 
 if TYPE_CHECKING:
     from lsds_mocks.fingertip.fingertip import Side
@@ -50,15 +50,13 @@ def pipe_mjcf(options: ContactOptions, *, step_s: float = STEPS_S[1], mode: Mode
     form = f'type="cylinder" size="{half} {length / 2}"' if round_ else f'type="box" size="{half} {width} {length / 2}"'
     middle = f'pos="0 0 {length / 2 - grip_m}"'
     surface = f'mass="{options.mass_kg}" friction="{options.static_friction}"'
-    # MuJoCo 4.0.0 finds no contact of a plane and a cylinder that is tilted by 1e-18, so a box in it meets the table.
-    within = half / math.sqrt(2)
-    foot = f"""
+    apart = foot = ""
+    if round_:
+        # MuJoCo 4.0.0 finds no contact of a plane and a cylinder that is tilted by 1e-18, so a box in it meets the
+        # table. The cylinder itself meets only the pads, whose conaffinity has its bit.
+        apart, within = ' contype="2" conaffinity="0"', half / math.sqrt(2)
+        foot = f"""
       <geom type="box" size="{within} {within} {length / 2}" {middle} mass="0" friction="{options.static_friction}"/>"""
-    body = (
-        f'<geom {form} {middle} {surface} contype="2" conaffinity="0"/>{foot}'
-        if round_
-        else f"<geom {form} {middle} {surface}/>"
-    )
     start = half + CLEARANCE_M
     damping = PAD_DAMPING_N_S_M if by_force else 2 * math.sqrt(DRIVE_N_M * PAD_KG)
     fingers = ""
@@ -97,7 +95,7 @@ def pipe_mjcf(options: ContactOptions, *, step_s: float = STEPS_S[1], mode: Mode
     </body>
     <body name="object" pos="0 0 {grip_m}">
       <freejoint/>
-      {body}
+      <geom {form} {middle} {surface}{apart}/>{foot}
       <site name="held" xyaxes="0 -1 0 0 0 -1"/>
     </body>
   </worldbody>
@@ -115,6 +113,11 @@ def pipe_mjcf(options: ContactOptions, *, step_s: float = STEPS_S[1], mode: Mode
 </mujoco>"""
 
 
+def longest_step_s(stable_s: float) -> float:
+    """Return the longest of `STEPS_S` that is stable, else the shortest of them."""
+    return next((step for step in STEPS_S if step <= stable_s), STEPS_S[-1])
+
+
 def pipe_scene(
     options: ContactOptions | None = None,
     *,
@@ -126,15 +129,12 @@ def pipe_scene(
 ) -> MujocoScene:
     """Return a scene with two fingertips at an object; the default is the pipe on the fast gel of bristles."""
     require("mujoco", extra="mujoco", purpose="the scene of a pipe")
-    import mujoco
-
-    engine: Any = mujoco  # Its functions are compiled and have no types.
+    engine = mujoco_engine()
     options = options or ContactOptions(fidelity="winkler")
     sides: tuple[tuple[str, Side], ...] = (("left", "front"), ("right", "back"))
     tips = {name: SimulatedFingertip(options, side=side, seed=seed) for name, side in sides}
     if step_s is None:
-        most = tips["left"].stable_step_s(PAD_KG)
-        step_s = next((step for step in STEPS_S if step <= most), STEPS_S[-1])
+        step_s = longest_step_s(tips["left"].stable_step_s(PAD_KG))
     model = engine.MjModel.from_xml_string(pipe_mjcf(options, step_s=step_s, mode=mode, grip=grip))
     data = engine.MjData(model)
     engine.mj_forward(model, data)
