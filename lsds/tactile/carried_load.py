@@ -40,7 +40,8 @@ normal force by the imprint of a gel that is not calibrated may be half of the t
 
 
 class CarriedLoad:
-    """`now_n` is the newest load per finger, NaN if unknown.
+    """`now_n` is the newest load per finger, `greatest_n` the maximum of the last `REMEMBERED_S`, of medians that
+    suppress single frames; N, NaN if unknown.
 
     `reach_m` is the least reach of a finger's contact along its load (`reach_of`), NaN if unknown.
     `stale` is true if some finger measures no load now, so that its last one is used, and `fresh` if some finger does

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from statistics import median
 from types import SimpleNamespace
 
 import pytest
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 
 from lsds.contracts import ABSTAINED, ContactLoad
 from lsds.session.run import run
-from lsds.tactile.carried_load import CarriedLoad
+from lsds.tactile.carried_load import MEDIAN_FRAMES, REMEMBERED_S, CarriedLoad
 from lsds.tactile.contact_load import FRICTION_ARM_M, pull_of, speed_of
 
 number = st.floats(-50, 50)
@@ -49,6 +50,20 @@ def test_the_carried_load_counts_torque():
     carried.take(0, [finger(ContactLoad((0.0, 0.0), 0.002, 0.01, 0.001), 0)])
     carried.take(40_000_000, [finger(ContactLoad((0.0, 1.0), 0.002 + FRICTION_ARM_M, 0.01, 0.001), 40_000_000)])
     assert carried.now_n == pytest.approx(math.sqrt(2))
+
+
+@given(st.lists(st.tuples(st.sampled_from([0.0, 0.5, 1.0, 2.0, 3.0]), st.integers(1, 400)), min_size=1, max_size=60))
+def test_the_greatest_load_is_the_maximum_of_the_last_second(frames):
+    """Of medians of three frames, whatever their order, ties and intervals."""
+    carried, t_ns, loads, medians = CarriedLoad(), 0, [0.0], [(0, 0.0)]
+    carried.take(0, [finger(ContactLoad((0.0, 0.0), 0.0, 0.01, 0.001), 0)])
+    for load_n, interval_ms in frames:
+        t_ns += interval_ms * 1_000_000
+        carried.take(t_ns, [finger(ContactLoad((0.0, load_n), 0.0, 0.01, 0.001), t_ns)])
+        loads.append(load_n)
+        medians.append((t_ns, median(loads[-MEDIAN_FRAMES:])))
+        late = [value for at_ns, value in medians if t_ns - at_ns <= REMEMBERED_S * 1e9]
+        assert carried.greatest_n == pytest.approx(max(late))
 
 
 @pytest.mark.parametrize(("normal_n", "load_n", "known"), [(0.17, 0.0, True), (0.17, 1.9, False), (2.0, 1.9, True)])
