@@ -37,15 +37,16 @@ MEDIAN_FRICTION = 0.5
 """Median static friction of gel and object: the geometric mean, 0.47, of the range of the random objects, 0.2 to 1.1.
 No friction of the gel that was measured on a bench was found."""
 FRICTION_SPREAD = 0.6
-"""Standard deviation of the natural logarithm of the friction: 0.5 for that range, and 0.35 for the error of the normal
-force by the imprint."""
+"""Standard deviation of the natural logarithm of the friction: 0.5 for that range, and 0.35 for the normal force by the
+imprint on a gel that is not calibrated; chosen."""
 FRICTION_UNKNOWN = 0.05
 """Probability that the friction limit is independent of the normal force by the imprint; chosen."""
 LEAST_FRICTION = 0.1
 """Least coefficient of friction of gel and object: half of the least of the random objects, because the normal force of
 a gel that is not calibrated may be twice too great."""
 NORMAL_SPREAD = 0.35
-"""Relative standard deviation of the normal force by the imprint: that of small balls, the largest (simulated)."""
+"""Relative standard deviation of the normal force by the imprint on a gel that is not calibrated; chosen, at twice the
+error for spheres, the largest on simulated gels."""
 WET_SHARE = 0.5
 """Least friction of a wet surface as a share of that of a dry one; chosen: that of the simulated ones (`wet_to`)."""
 HEAVIER = 0.4

@@ -5,10 +5,11 @@ with shear modulus G, thickness h and displacement u. Over a regular grid of mar
 displacements times (G / h) and the area of a grid cell. In simulation, round and flat contacts differ by some 12 % from
 the mean.
 
-Normal force: for an object that does not cover the pad, the overlap volume V of gel and object and the contact area A
-determine it, from a ball to a cylinder: N = c A^0.58 V^0.75. The constants were fitted on 14 objects in three simulated
-gels. In leave-one-out validation the error is 8 % RMS, and 35 % for small balls at a light touch. There is no estimate
-for soft objects, nor for flat faces that cover the pad and so leave no imprint.
+Normal force: a layer that is thin against the contact also resists pressing like a bed of springs, so N = K V, with
+stiffness K of an area and overlap volume V of gel and object. The depth map shows too much of V: the gel dips next to a
+contact, and wear and light look like shallow ones. The effective volume S2^2 / S3, of the integrals S2 and S3 of depth
+squared and cubed over the pad, weights deep places more; for a flat dent it is V. K was fitted on random objects
+(`lsds_research.studies.grip.fit_normal`). There is no estimate for flat faces that cover the pad and leave no imprint.
 
 Equivalent force: a soft finger holds a force F and a torque M about its normal while (F / F0)^2 + (M / (c F0))^2 < 1,
 with the friction limit F0 of a pure force (Howe and Cutkosky's ellipse for the limit surface). So sqrt(F^2 + (M / c)^2)
@@ -38,12 +39,8 @@ DOT_M = 2e-6
 """Standard deviation of one marker's displacement, m."""
 LEAST_VALID_SHARE = 0.5
 """Minimum share of valid markers; with fewer, no load is estimated."""
-FORCE_SCALE = 3.82e8
-"""Factor c, for areas in m^2, volumes in m^3, forces in N and the modulus of a GelSight Mini's gel; fitted."""
-AREA_EXPONENT = 0.583
-"""Exponent of the contact area; fitted."""
-VOLUME_EXPONENT = 0.748
-"""Exponent of the overlap volume; fitted."""
+PRESSED_N_M3 = 1.47e8
+"""Stiffness K of an area of a GelSight Mini's gel, N/m^3; fitted."""
 NORMAL_STD_SHARE = 0.15
 """Relative standard deviation of the estimate."""
 LEAST_PRESSED_SHARE = 0.03
@@ -101,10 +98,11 @@ def normal_force_of(contact: ContactPatch | None, pad_m2: float) -> tuple[float,
     """Return normal force and one sigma (N) from the contact patch on a pad of `pad_m2`; None without an estimate."""
     if contact is None or contact.area_fraction < LEAST_PRESSED_SHARE:
         return None
-    area_m2, volume_m3 = contact.area_fraction * pad_m2, float(contact.depth_m.clip(min=0.0).mean()) * pad_m2
-    if contact.area_fraction < SMALL_SHARE and volume_m3 > DEEP_M * area_m2:
+    depth_m = contact.depth_m.clip(min=0.0)
+    if contact.area_fraction < SMALL_SHARE and float(depth_m.mean()) > DEEP_M * contact.area_fraction:
         return None
-    force_n = FORCE_SCALE * area_m2**AREA_EXPONENT * volume_m3**VOLUME_EXPONENT
+    squared = depth_m * depth_m
+    force_n = PRESSED_N_M3 * pad_m2 * float(squared.mean()) ** 2 / float((squared * depth_m).mean())
     return force_n, NORMAL_STD_SHARE * force_n
 
 

@@ -28,8 +28,8 @@ MISTAKEN_SHARE = 0.05
 MISTAKEN_STD_M = 1e-3
 """Standard deviation of such a touch, and of one of which nothing is known, m; chosen."""
 LEVEL_STD = 0.12
-"""Relative scatter of the normal force of a squeeze about the power law; chosen: half as much again as the error of the
-imprint's estimate (8 %, simulated)."""
+"""Relative scatter of the normal force of a squeeze about the power law; chosen: half as much again as the error of its
+growth by the imprint (8 %, simulated)."""
 MOST_MISFIT = 4.5
 """Maximum misfit of one squeeze, so that a wrong force does not decide: that of three standard deviations; chosen."""
 MEAN_MISFIT = 0.5

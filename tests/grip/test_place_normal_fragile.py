@@ -14,7 +14,7 @@ from lsds.contracts import ContactPatch
 from lsds.errors import ConfigError
 from lsds.grip.fragile import HARDEST_OBJECT_N_M, SAFE, Bearing, allowed_squeeze_m
 from lsds.session.run import run
-from lsds.tactile.contact_load import normal_force_of
+from lsds.tactile.contact_load import PRESSED_N_M3, normal_force_of
 from lsds.tactile.contact_place import edge_of, off_centre
 
 PAD_M2 = 3e-4
@@ -64,6 +64,24 @@ def test_a_deeper_imprint_is_pressed_harder(radius, depth_m, more):
     assert after is not None
     assert after[0] > before[0] > 0
     assert 0 < before[1] < before[0]
+
+
+@given(st.floats(0.17, 0.3), st.floats(4e-4, 8e-4), st.floats(0, 3e-5))
+def test_a_shallow_veil_over_the_pad_adds_little_force(radius, depth_m, veil_m):
+    """Wear, light and the dip next to a contact look like shallow contacts, which make up a large volume."""
+    dent = bump(radius=radius, depth_m=depth_m)
+    veiled = ContactPatch(np.maximum(dent.depth_m, np.float32(veil_m)), dent.threshold_m, dent.area_fraction)
+    clear, dim = normal_force_of(dent, PAD_M2), normal_force_of(veiled, PAD_M2)
+    assert abs(dim[0] - clear[0]) <= 0.2 * PRESSED_N_M3 * PAD_M2 * veil_m
+
+
+@given(st.integers(3, 25), st.floats(1e-4, 8e-4))
+def test_a_flat_dent_is_pressed_by_its_volume(rows, depth_m):
+    depth = np.zeros((30, 40), np.float32)
+    depth[:rows, :20] = depth_m
+    share = rows * 20 / 1200
+    force_n, _ = normal_force_of(ContactPatch(depth, 5e-5, share), PAD_M2)
+    assert force_n == pytest.approx(PRESSED_N_M3 * PAD_M2 * share * depth_m, rel=1e-3)
 
 
 def test_without_a_limit_everything_is_allowed():

@@ -8,8 +8,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+from lsds.errors import ConfigError, ConfigIssue
+from lsds.registry.backends import did_you_mean
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 FORCES_N = (1.0, 3.0, 9.0)
 """Normal forces per finger at which a plan lists its squeezes, N; chosen."""
@@ -76,3 +83,15 @@ UNSEEN = ("book", "scissors", "plank", "sponge", "duster")
 PIPE = "pvc-pipe"
 SEEN = tuple(name for name in PLANS if name not in (*UNSEEN, PIPE))
 """The fifteen training objects."""
+
+
+def check_objects(names: Sequence[str]) -> None:
+    """Raise ConfigError for objects of a study that are not in the catalogue."""
+    unknown = [name for name in names if name not in PLANS]
+    if unknown:
+        known = f"there are {', '.join(PLANS)}"
+        issues = [
+            ConfigIssue("objects", f"no object '{name}'", "; ".join(filter(None, [did_you_mean(name, PLANS), known])))
+            for name in unknown
+        ]
+        raise ConfigError("options of the study", issues)

@@ -19,7 +19,7 @@ from lsds.errors import DataError, LsdsError
 from lsds.registry.host import PluginHost
 from lsds.session.run import run
 from lsds.support.processes import DIED, spread
-from lsds_research.collecting.objects import PLANS
+from lsds_research.collecting.objects import PLANS, check_objects
 from lsds_research.study_backends import with_own_defaults
 
 if TYPE_CHECKING:
@@ -153,11 +153,9 @@ class SlideStudy:
         self._options, self._seed = options, context.seed
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Run all. Raises DataError for an unknown object, or if nothing could be run."""
+        """Run all. Raises ConfigError for an unknown object, DataError if nothing could be run."""
         own = with_own_defaults(PluginHost(), self._options, {"controllers": "controller"})
-        unknown = [name for name in own.objects if name not in PLANS]
-        if unknown:
-            raise DataError(f"no object {', '.join(unknown)}; there are {', '.join(PLANS)}")
+        check_objects(own.objects)
         motions = [(speed, 0.0) for speed in own.speeds_m_s] + [(0.0, rate) for rate in own.rates_rad_s]
         planned = [
             Slid(who, name, *motion, own.squeeze_mm, self._seed + 1 + seed)

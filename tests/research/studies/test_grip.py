@@ -56,10 +56,11 @@ def test_belief_holds_with_less_than_pd_and_a_fixed_grip_drops(evaluated, tmp_pa
 
 
 def test_an_unknown_object_is_one_line(evaluated):
-    code, output = evaluated("--object", "unicorn")
-    assert code != 0
+    code, output = evaluated("--object", "unicorn", "--object", "bal")
+    assert code == 2
     assert "unicorn" in output
     assert "pvc-pipe" in output
+    assert "did you mean 'ball'?" in output
 
 
 def test_a_file_that_is_no_list_of_runs_is_not_touched(evaluated, tmp_path):

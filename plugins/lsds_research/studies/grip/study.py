@@ -15,7 +15,7 @@ from lsds.errors import DataError
 from lsds.registry.host import PluginHost
 from lsds.session.verdict import Outcome
 from lsds_research.campaign_options import thinned
-from lsds_research.collecting.objects import PLANS
+from lsds_research.collecting.objects import PLANS, check_objects
 from lsds_research.run_store import run_and_store
 from lsds_research.studies.grip import sensitivity
 from lsds_research.studies.grip.lift import OFF, Lift, lift, weight_n
@@ -70,7 +70,7 @@ class GripStudy:
         self._options, self._seed = options, context.seed
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Run the lifts. Raises DataError for an unknown object, PluginError for an unknown controller."""
+        """Run the lifts. Raises ConfigError for an unknown object, PluginError for an unknown controller."""
         options = self._options
         planned = _drawn(options) if options.random else _planned(options, self._seed)
         varied = _variants(options)
@@ -99,10 +99,8 @@ class GripStudy:
 
 
 def _planned(options: GripOptions, seed: int) -> list[Lift]:
-    """Return the runs. Raises DataError for an unknown object, PluginError for an unknown controller."""
-    unknown = [name for name in options.objects if name not in PLANS]
-    if unknown:
-        raise DataError(f"no object {', '.join(unknown)}; there are {', '.join(PLANS)}")
+    """Return the runs. Raises ConfigError for an unknown object, PluginError for an unknown controller."""
+    check_objects(options.objects)
     host = PluginHost()
     named = [name for name in options.controllers if name != OFF]
     controllers = backend_names(host, "controller", named) if named or not options.controllers else []

@@ -11,7 +11,7 @@ import numpy as np
 from lsds.config.overrides import override_texts
 from lsds.errors import DataError
 from lsds_research.campaign_options import thinned
-from lsds_research.collecting.objects import PLANS
+from lsds_research.collecting.objects import check_objects
 from lsds_research.studies.grip.lift import Lift
 
 if TYPE_CHECKING:
@@ -62,9 +62,8 @@ def configurations(options: LoopOptions) -> list[Configuration]:
 
 
 def planned(options: LoopOptions, seed: int) -> Iterator[tuple[Configuration, Lift]]:
-    """Yield each lift with its configuration. Raises DataError for an unknown object."""
-    if unknown := [name for name in options.objects if name not in PLANS]:
-        raise DataError(f"no object {', '.join(unknown)}; there are {', '.join(PLANS)}")
+    """Yield each lift with its configuration. Raises ConfigError for an unknown object."""
+    check_objects(options.objects)
     objects = thinned(options, "objects", 2)
     squeezes = options.squeezes_mm[:1] if options.quick else options.squeezes_mm
     for each, name, squeeze in product(configurations(options), objects, squeezes):
