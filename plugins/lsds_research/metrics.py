@@ -23,6 +23,11 @@ _APART_S = 0.2
 """A detection this close to a slip belongs to it (s)."""
 
 
+def scatter(values: Floats) -> float:
+    """Return the standard deviation of a normal distribution with the same median absolute deviation."""
+    return 1.4826 * float(np.median(np.abs(values - np.median(values))))
+
+
 @dataclass(frozen=True, slots=True)
 class Interval:
     """A score and its 95 % bootstrap interval."""

@@ -17,6 +17,7 @@ from lsds.cli.threads import one_thread, processes
 from lsds.session.run import run
 from lsds.support.processes import spread
 from lsds.tactile.contact_load import PRESSED_N_M3
+from lsds_research.metrics import scatter
 from lsds_research.studies.grip.random_objects import drawn
 
 if TYPE_CHECKING:
@@ -26,8 +27,10 @@ if TYPE_CHECKING:
 
     from lsds.contracts import Cycle
 
-FITTED, TRIED = (1001, 1002), (1003, 1004)
-"""Development draws of random objects: those of the fit, and those on which it is tried."""
+FITTED = (1001, 1002)
+"""Development draws of random objects on which the stiffness is fitted."""
+TRIED = (1003, 1004)
+"""Development draws on which it is tried."""
 OBJECTS = 16
 """Number of objects of each draw."""
 LEAST_N = 0.05
@@ -36,9 +39,9 @@ STEADY_SHARE = 0.05
 """Maximum relative change of the true force over a frame that counts; chosen."""
 FRAME_S = 0.04
 """Time of a frame, s."""
-LEAST_FRAMES = 5
+LEAST_FORCE_FRAMES = 5
 """Minimum number of frames of an object that counts; chosen."""
-GROWS = 1.5
+GROWN_RATIO = 1.5
 """Minimum ratio of the greatest force to the least in a lift whose growth counts; chosen."""
 
 
@@ -58,7 +61,7 @@ class Pressed(NamedTuple):
     def growth_error(self) -> float:
         """Logarithm of the estimated growth over the true one, NaN if the force hardly grows."""
         low, high = int(np.argmin(self.true_n)), int(np.argmax(self.true_n))
-        if self.true_n[high] < GROWS * self.true_n[low]:
+        if self.true_n[high] < GROWN_RATIO * self.true_n[low]:
             return math.nan
         ratio = self.estimated_n / self.true_n
         return math.log(ratio[high] / ratio[low])
@@ -87,7 +90,7 @@ def lifted(draws: Sequence[int]) -> list[Pressed]:
     """Lift the objects of some draws; those that show no normal force are left out."""
     which = [(draw, index) for draw in draws for index in range(OBJECTS)]
     found = (result for _, result in spread(pressed, which, processes()) if isinstance(result, Pressed))
-    return [each for each in found if len(each.true_n) >= LEAST_FRAMES]
+    return [each for each in found if len(each.true_n) >= LEAST_FORCE_FRAMES]
 
 
 def main() -> None:
@@ -104,11 +107,10 @@ def main() -> None:
 
 
 def _spread(values: NDArray[np.float64]) -> str:
-    """Return median, and the standard deviation of a normal distribution with the same median absolute deviation."""
-    if not len(values):
-        return "unknown"
-    middle = np.median(values)
-    return f"{middle:+.2f}, scatter {1.4826 * float(np.median(np.abs(values - middle))):.2f} ({len(values)} objects)"
+    """Return median and scatter."""
+    return (
+        f"{np.median(values):+.2f}, scatter {scatter(values):.2f} ({len(values)} objects)" if len(values) else "unknown"
+    )
 
 
 if __name__ == "__main__":
