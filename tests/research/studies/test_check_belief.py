@@ -31,7 +31,7 @@ def test_the_belief_s_error_is_one_of_its_standard_deviations():
     assert abs(found.load_change) < 0.3
 
 
-def test_an_object_that_does_not_slip_says_nothing_of_the_limit():
+def test_an_object_that_does_not_slip_does_not_count():
     assert checked((1001, 0)) is None
 
 

@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 
     from lsds.contracts import Cycle
 
-DRAWS = (1001, 1002, 1003, 1004)
+CHECKED_DRAWS = (1001, 1002, 1003, 1004)
 """Development draws of random objects."""
 OBJECTS = 16
 """Number of objects of each draw."""
-SLIPPED_M = 3e-4
+LEAST_SLIPPED_M = 3e-4
 """Minimum slip of a lift that counts, m: without one the belief knows only that the limit is greater than the load."""
 SLIDES_M_S = 2e-3
 """Minimum true speed of a slide, m/s; chosen."""
@@ -61,7 +61,7 @@ def checked(which: tuple[int, int]) -> Checked | None:
 
     session = run(None, each.lift("belief", each.squeeze_mm).overrides(), observe=take)
     truths = session.truths
-    if not session.verdict.in_grip or truths[-1].slip_distance_m < SLIPPED_M:
+    if not session.verdict.in_grip or truths[-1].slip_distance_m < LEAST_SLIPPED_M:
         return None
     t_ns, load_n, normal_n, limit_n, std_n = np.array(seen, float).T
     columns = [
@@ -107,7 +107,7 @@ def _change(values: NDArray[np.float64]) -> str:
 def main() -> None:
     """Lift, and print how well the belief is calibrated (simulated)."""
     one_thread()
-    which = [(draw, index) for draw in DRAWS for index in range(OBJECTS)]
+    which = [(draw, index) for draw in CHECKED_DRAWS for index in range(OBJECTS)]
     found = [each for _, each in spread(checked, which, processes()) if isinstance(each, Checked)]
     print("belief against truth, natural logarithms (simulated):")
     for line in lines(found):
