@@ -9,7 +9,8 @@ Normal force: a layer that is thin against the contact also resists pressing lik
 stiffness K of an area and overlap volume V of gel and object. The depth map shows too much of V: the gel dips next to a
 contact, and wear and light look like shallow ones. The effective volume S2^2 / S3, of the integrals S2 and S3 of depth
 squared and cubed over the pad, weights deep places more; for a flat dent it is V. K was fitted on random objects
-(`lsds_research.studies.grip.fit_normal`). There is no estimate for flat faces that cover the pad and leave no imprint.
+(`lsds_research.studies.grip.fit_normal`). There is no estimate for flat faces that cover the pad and leave no imprint,
+nor for a small and deep contact, which is that of a soft object.
 
 Equivalent force: a soft finger holds a force F and a torque M about its normal while (F / F0)^2 + (M / (c F0))^2 < 1,
 with the friction limit F0 of a pure force (Howe and Cutkosky's ellipse for the limit surface). So sqrt(F^2 + (M / c)^2)
@@ -98,11 +99,12 @@ def normal_force_of(contact: ContactPatch | None, pad_m2: float) -> tuple[float,
     """Return normal force and one sigma (N) from the contact patch on a pad of `pad_m2`; None without an estimate."""
     if contact is None or contact.area_fraction < LEAST_PRESSED_SHARE:
         return None
-    depth_m = contact.depth_m.clip(min=0.0)
+    depth_m = contact.depth_m.clip(min=0.0).ravel()
     if contact.area_fraction < SMALL_SHARE and float(depth_m.mean()) > DEEP_M * contact.area_fraction:
         return None
-    squared = depth_m * depth_m
-    force_n = PRESSED_N_M3 * pad_m2 * float(squared.mean()) ** 2 / float((squared * depth_m).mean())
+    # Sums as dot products take a third of the time of means.
+    squared, cubed = float(depth_m @ depth_m), float((depth_m * depth_m) @ depth_m)
+    force_n = PRESSED_N_M3 * pad_m2 * squared**2 / (cubed * depth_m.size)
     return force_n, NORMAL_STD_SHARE * force_n
 
 

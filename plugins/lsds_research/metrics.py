@@ -28,6 +28,12 @@ def scatter(values: Floats) -> float:
     return 1.4826 * float(np.median(np.abs(values - np.median(values))))
 
 
+def median_and_scatter(values: Floats) -> str:
+    """Return the median of the finite values, their scatter and their number, as text."""
+    known = values[np.isfinite(values)]
+    return f"{np.median(known):+.2f}, scatter {scatter(known):.2f} ({len(known)})" if len(known) else "unknown"
+
+
 @dataclass(frozen=True, slots=True)
 class Interval:
     """A score and its 95 % bootstrap interval."""

@@ -90,8 +90,5 @@ def check_objects(names: Sequence[str]) -> None:
     unknown = [name for name in names if name not in PLANS]
     if unknown:
         known = f"there are {', '.join(PLANS)}"
-        issues = [
-            ConfigIssue("objects", f"no object '{name}'", "; ".join(filter(None, [did_you_mean(name, PLANS), known])))
-            for name in unknown
-        ]
+        issues = [ConfigIssue("objects", f"no object '{name}'", did_you_mean(name, PLANS) or known) for name in unknown]
         raise ConfigError("options of the study", issues)

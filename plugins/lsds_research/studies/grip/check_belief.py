@@ -1,10 +1,10 @@
-"""Compare what the belief says with the truth: `python -m lsds_research.studies.grip.check_belief` (some 10 minutes).
+"""Compare what the belief says with the truth: `python -m lsds_research.studies.grip.check_belief` (some 4 minutes).
 
-Random objects of development draws are lifted with the default controller. At the end of each lift that slipped and
-holds, the friction limit over the load, which decides the grip, is compared with the true ratio of normal force and
-needed normal force. The belief is calibrated if its error is one of its stated standard deviations: two thirds of the
-objects are within one then, and 95 % within two. The last columns say how much of the error comes from what is
-measured: by how much load and normal force, over the true ones, have changed since the object slid.
+Random objects of the development draws of `fit_normal` are lifted with the default controller. At the end of each lift
+that slipped and holds, the friction limit over the load, which decides the grip, is compared with the true ratio of
+normal force and needed normal force. The belief is calibrated if its error is one of its stated standard deviations:
+two thirds of the objects are within one then, and 95 % within two. The last columns say how much of the error comes
+from what is measured: by how much load and normal force, over the true ones, have changed since the object slid.
 """
 
 from __future__ import annotations
@@ -17,20 +17,15 @@ import numpy as np
 from lsds.cli.threads import one_thread, processes
 from lsds.session.run import run
 from lsds.support.processes import spread
-from lsds_research.metrics import scatter
+from lsds_research.metrics import median_and_scatter
+from lsds_research.studies.grip.fit_normal import FITTED, OBJECTS, TRIED
 from lsds_research.studies.grip.random_objects import drawn
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from numpy.typing import NDArray
-
     from lsds.contracts import Cycle
 
-CHECKED_DRAWS = (1001, 1002, 1003, 1004)
-"""Development draws of random objects."""
-OBJECTS = 16
-"""Number of objects of each draw."""
 LEAST_SLIPPED_M = 3e-4
 """Minimum slip of a lift that counts, m: without one the belief knows only that the limit is greater than the load."""
 SLIDES_M_S = 2e-3
@@ -93,21 +88,16 @@ def lines(found: list[Checked]) -> Iterator[str]:
         error, stated, load, normal = np.array([each[1:] for each in rows]).T
         within = [f"{np.mean(np.abs(error) <= count * stated):.0%}" for count in (1, 2)]
         yield (
-            f"{shape}: {len(rows)} lifts, error {np.median(error):+.2f}, scatter {scatter(error):.2f}, "
+            f"{shape}: {len(rows)} lifts, error {median_and_scatter(error)}, "
             f"stated {np.median(stated):.2f}, within one {within[0]}, within two {within[1]}; "
-            f"load since the slide {_change(load)}, normal force {_change(normal)}"
+            f"load since the slide {median_and_scatter(load)}, normal force {median_and_scatter(normal)}"
         )
-
-
-def _change(values: NDArray[np.float64]) -> str:
-    known = values[np.isfinite(values)]
-    return f"{np.median(known):+.2f}, scatter {scatter(known):.2f}" if len(known) else "unknown"
 
 
 def main() -> None:
     """Lift, and print how well the belief is calibrated (simulated)."""
     one_thread()
-    which = [(draw, index) for draw in CHECKED_DRAWS for index in range(OBJECTS)]
+    which = [(draw, index) for draw in (*FITTED, *TRIED) for index in range(OBJECTS)]
     found = [each for _, each in spread(checked, which, processes()) if isinstance(each, Checked)]
     print("belief against truth, natural logarithms (simulated):")
     for line in lines(found):

@@ -1,4 +1,4 @@
-"""Fit the normal force of an imprint: `python -m lsds_research.studies.grip.fit_normal` (some 10 minutes).
+"""Fit the normal force of an imprint: `python -m lsds_research.studies.grip.fit_normal` (some 4 minutes).
 
 Random objects of development draws are lifted, and the estimate of every frame is compared with the true normal force.
 The stiffness `lsds.tactile.contact_load.PRESSED_N_M3` is right when the estimate is right in the median of the objects.
@@ -17,7 +17,7 @@ from lsds.cli.threads import one_thread, processes
 from lsds.session.run import run
 from lsds.support.processes import spread
 from lsds.tactile.contact_load import PRESSED_N_M3
-from lsds_research.metrics import scatter
+from lsds_research.metrics import median_and_scatter
 from lsds_research.studies.grip.random_objects import drawn
 
 if TYPE_CHECKING:
@@ -103,14 +103,7 @@ def main() -> None:
     for shape in sorted({each.shape for each in tried}):
         errors = np.array([each.error - shift for each in tried if each.shape == shape])
         growths = np.array([each.growth_error for each in tried if each.shape == shape])
-        print(f"{shape}: error {_spread(errors)}; of the growth {_spread(growths[np.isfinite(growths)])}")
-
-
-def _spread(values: NDArray[np.float64]) -> str:
-    """Return median and scatter."""
-    return (
-        f"{np.median(values):+.2f}, scatter {scatter(values):.2f} ({len(values)} objects)" if len(values) else "unknown"
-    )
+        print(f"{shape}: error {median_and_scatter(errors)}; of the growth {median_and_scatter(growths)}")
 
 
 if __name__ == "__main__":
