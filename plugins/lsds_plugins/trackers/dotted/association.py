@@ -89,10 +89,7 @@ def associate(
     if home is not None:
         return home
     extended = lattice.extend(predicted_px)
-    grown = _carried(extended, dots_px, lattice)
-    if grown is None:
-        grown = _grow(extended, dots_px, lattice)
-    seen = _Seen(grown, extended, dots_px, lattice, trusted_px, hidden)
+    seen = _Seen(_labelled(extended, dots_px, lattice, trusted_px), extended, dots_px, lattice, trusted_px, hidden)
     calm = _hypotheses(_STAY, seen)
     if calm and calm[0].against == 0 and calm[0].cost < CALM:
         return Association(calm[0].dot, calm[0].expected_px, False, np.ones(count, bool))
@@ -167,6 +164,27 @@ class _Hypothesis:
     expected_px: NDArray[np.float64]
 
 
+def _labelled(
+    extended: NDArray[np.float64], dots: NDArray[np.float64], lattice: Lattice, trusted: NDArray[np.float64]
+) -> NDArray[np.intp]:
+    """Label the extended lattice's nodes from where they are predicted, or from where they were last certain.
+
+    A gel that bounces turns round between two frames. The prediction then tears the grid where it moves most, and fewer
+    labels grow from it.
+    """
+    label = _carried(extended, dots, lattice)
+    if label is not None:
+        return label
+    label = _grow(extended, dots, lattice)
+    if np.count_nonzero(label[: lattice.count] < 0) <= LACKING_DOTS:
+        return label
+    stayed = lattice.extend(trusted)
+    other = _carried(stayed, dots, lattice)
+    other = _grow(stayed, dots, lattice) if other is None else other
+    more = np.count_nonzero(other[: lattice.count] >= 0) > np.count_nonzero(label[: lattice.count] >= 0)
+    return other if more else label
+
+
 def _carried(extended: NDArray[np.float64], dots: NDArray[np.float64], lattice: Lattice) -> NDArray[np.intp] | None:
     """Label the extended lattice's nodes if the whole gel has moved alike; otherwise None.
 
@@ -198,7 +216,11 @@ def _carried(extended: NDArray[np.float64], dots: NDArray[np.float64], lattice: 
 
 
 def _grow(extended: NDArray[np.float64], dots: NDArray[np.float64], lattice: Lattice) -> NDArray[np.intp]:
-    """Label the extended lattice's nodes (markers and the empty ring around them), wave by wave from the best seed."""
+    """Label the extended lattice's nodes (markers and the empty ring around them), wave by wave from the best seed.
+
+    Where nothing else grows, nodes of the ring without a dot pass on the motion of their neighbours, so that places of
+    worn dots around a marker do not end the growth.
+    """
     neighbour, has = lattice.neighbour, lattice.has_neighbour
     gate = (GROW_GATE * lattice.pitch_px) ** 2
     label = np.full(len(extended), -1)
@@ -219,12 +241,19 @@ def _grow(extended: NDArray[np.float64], dots: NDArray[np.float64], lattice: Lat
 
     free = np.ones(len(dots), bool)
     free[label[seed]] = False
+    passed, ring = np.zeros(len(extended), bool), np.arange(len(extended)) >= lattice.count
     while True:
-        known = has & (label[neighbour] >= 0)
+        known = has & (passed | (label >= 0))[neighbour]
         support = known.sum(axis=1)
         todo = np.flatnonzero((label < 0) & (support > tried_with))
         if not len(todo):
-            return label
+            beyond = np.flatnonzero((label < 0) & ~passed & (support > 0) & ring)
+            if not len(beyond) or not free.any():
+                return label
+            weight = known[beyond] / support[beyond, None]
+            moved[beyond] = np.einsum("tk,tkd->td", weight, moved[neighbour[beyond]])
+            passed[beyond] = True
+            continue
         tried_with[todo] = support[todo]
         weight = known[todo] / support[todo, None]
         guess = extended[todo] + np.einsum("tk,tkd->td", weight, moved[neighbour[todo]])
