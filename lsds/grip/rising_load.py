@@ -11,8 +11,12 @@ from lsds.clock import nanoseconds, seconds
 if TYPE_CHECKING:
     from lsds.grip.options import GripOptions
 
-RISE_WINDOW_S = 0.3
-"""Time over which the rise of the load is measured (s); chosen."""
+RISE_WINDOW_S = 1.0
+"""Time over which the rise of the load is measured (s); chosen: a rise of a tenth a second counts from 0.6 N on."""
+RATE_WINDOW_S = 0.15
+"""Least time by which a rise is divided to give its rate (s); chosen."""
+ARM_SETTLES_S = 0.3
+"""Time after a change of the arm's speed in which the load shows its acceleration (s); chosen."""
 RELATIVE_LOAD_NOISE = 0.03
 """Relative noise of a load from frame to frame; chosen. A rise within the window counts where it is greater than this
 and `RISE_NOISE_N` together."""
@@ -49,20 +53,21 @@ class RisingLoad:
     def required_m(self, t_ns: int, load_n: float, squeeze_m: float, answer_s: float, arm_m_s: float = 0.0) -> float:
         """Return the squeeze (m) for the load at the time of the fingers' answer; 0 if the load does not rise.
 
-        `arm_m_s` is the speed of the arm: a rise while it changes is the arm's acceleration, which soon ends.
+        `arm_m_s` is the speed of the arm: loads while it changes show the arm's acceleration, and do not count.
         """
         if arm_m_s != self._arm_m_s:
             self._arm_m_s, self._accelerated_ns = arm_m_s, t_ns
+        if t_ns - self._accelerated_ns <= nanoseconds(ARM_SETTLES_S + answer_s):
+            return 0.0
         self._loads.append((t_ns, load_n))
         while self._loads[0][0] < t_ns - nanoseconds(RISE_WINDOW_S):
             self._loads.popleft()
         since_ns, before_n = self._loads[0]
         rise_n = load_n - before_n
-        settled = t_ns - self._accelerated_ns > nanoseconds(RISE_WINDOW_S + answer_s)
         rises = rise_n > RELATIVE_LOAD_NOISE * load_n + RISE_NOISE_N
         if not self._carried or not rises:
             self._carried = max(self._carried, load_n / squeeze_m**self._power)
-        if not rises or not settled:
+        if not rises:
             return 0.0
-        ahead_n = load_n + rise_n / max(seconds(t_ns - since_ns), RISE_WINDOW_S / 2) * answer_s
+        ahead_n = load_n + rise_n / max(seconds(t_ns - since_ns), RATE_WINDOW_S) * answer_s
         return float((ahead_n / max(self._carried, self._weakest)) ** (1 / self._power))

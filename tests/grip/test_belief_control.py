@@ -166,6 +166,16 @@ def test_it_follows_a_load_that_grows_before_anything_slips():
     assert grip.sent_mm > 1.5
 
 
+def test_fingers_do_not_reopen_beyond_where_a_rising_load_has_closed_them():
+    """Firm at first, so that the belief would allow them to open."""
+    grip = hanging(squeeze_mm=4.0)
+    for k in range(50):
+        grip.frame(0.5 + 0.01 * k, slip=False)
+    risen_mm = grip.sent_mm
+    grip.quiet(1.0, 3.0)
+    assert grip.sent_mm >= risen_mm - 0.01
+
+
 def test_a_sudden_drop_of_load_is_answered_before_the_detector_reports_slip():
     grip = hanging(1.5, 1.0)
     grip.frame(0.45, slip=False)

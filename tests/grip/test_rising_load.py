@@ -69,3 +69,19 @@ def test_a_light_object_in_a_firm_grip_is_not_squeezed_beyond_what_the_weakest_n
     required = [rising.required_m(i * FRAME_NS, load, 5e-3, 0.1) for i, load in enumerate(ramp)]
     weakest = options.limit * np.exp(-2 * options.spread)
     assert 0 < max(required) <= 1e-3 * (0.75 / weakest) ** (1 / options.power)
+
+
+def test_a_slow_rise_of_a_light_load_counts():
+    """A candle that was filled for two seconds lost its grip: it rose by less than the noise in each third of one."""
+    _, required = fed(np.concatenate([np.full(25, 0.4), np.linspace(0.4, 0.65, 50)]))
+    assert required[-1] >= 0.95e-3 * (0.65 / 0.4) ** (1 / 1.25)
+
+
+def test_what_a_load_rises_by_while_the_arm_stops_is_not_carried():
+    rising, required = RisingLoad(GripOptions(limit=0.01)), []
+    ramp = np.concatenate([np.ones(25), np.linspace(1, 2, 75)])
+    for i, load_n in enumerate(ramp):
+        shaken_n = 0.2 if 50 <= i < 55 else 0.0
+        required.append(rising.required_m(i * FRAME_NS, load_n + shaken_n, 1e-3, 0.1, 0.04 if i < 50 else 0.0))
+    assert required[-1] >= 0.95e-3 * 2 ** (1 / 1.25)
+    assert set(required[50:60]) == {0.0}, "the arm's acceleration is no rise"

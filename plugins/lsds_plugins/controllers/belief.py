@@ -54,7 +54,7 @@ class BeliefOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    margin: float = Field(default=1.2, ge=1, le=5, description="load that the grip is to carry, over the expected one")
+    margin: float = Field(default=1.1, ge=1, le=5, description="load that the grip is to carry, over the expected one")
     slip_m_s: float = Field(
         default=0.01,
         gt=0,
@@ -177,6 +177,9 @@ class BeliefController:
         self._closed_ns = grip.t_ns
         if not self._closed_n:
             self._began_at_m = grip.commanded_m
+        if wanted_m <= grip.rising_m:
+            # A load that has risen was not carried by the grip of before.
+            self._began_at_m = grip.touch_m - target_m
         self._closed_n = max(self._closed_n, grip.load_n) if grip.load_n > LEAST_EVIDENCE_N else self._closed_n
         return max(0.0, grip.touch_m - target_m)
 
@@ -189,7 +192,7 @@ class BeliefController:
             sure = abs(grip.load_n_s) < STEADY_1_S * grip.load_n and grip.slips < PROBES_ON
         else:
             least_m = grip.required_m(options.certain, options.margin, max(grip.greatest_n, LEAST_EVIDENCE_N), 1.0)
-            # Without a slip the fingers reopen at most to where they began to close.
+            # Without a slip the fingers reopen at most to where they began to close, or a rising load has closed them.
             least_m = least_m if self._slid_n else max(least_m, grip.touch_m - self._began_at_m)
             sure = grip.load_n > RELEASED * (self._slid_n or self._closed_n or math.inf) and not wanted.probes
         if not (sure and least_m < held_m and grip.detection.slip is False) or self._is_blind(grip):
