@@ -11,9 +11,9 @@ from tactile.render import WIDTH, pad_positions
 pytestmark = pytest.mark.parametrize("name", sorted(FOLLOWERS))
 
 
-def column_bump(rest, sigma_px, centre_px=WIDTH / 2):
+def column_bump(rest, sigma_px):
     """Weights (N, 1) of a displacement that is felt along a line from top to bottom, as under a cylinder."""
-    return np.exp(-((rest[:, :1] - centre_px) ** 2) / (2 * sigma_px**2))
+    return np.exp(-((rest[:, :1] - WIDTH / 2) ** 2) / (2 * sigma_px**2))
 
 
 def test_a_marker_whose_neighbours_are_worn_off_is_not_all_that_is_matched(name):
@@ -23,6 +23,8 @@ def test_a_marker_whose_neighbours_are_worn_off_is_not_all_that_is_matched(name)
     rest = np.delete(rest, [row_3 - 9, row_3 + 9, row_3 + 1], axis=0)
     pad = Bench(name, rest=rest).tracker._lattice
     shown = pad.home_px + bump(pad.home_px, 60) * np.array([0.0, 20.0])
+    assert not Bench(name).tracker._lattice.bridge.any(), "on a whole pad nothing is passed on"
+    assert np.count_nonzero(pad.bridge) == 4
     [alone] = np.flatnonzero((pad.neighbour[: pad.count] >= pad.count).all(axis=1))
     predicted = shown + bump(pad.home_px, 60) * np.array([0.0, 14.0]) + 0.5
     predicted[alone] = shown[alone]

@@ -170,19 +170,25 @@ def _labelled(
     """Label the extended lattice's nodes from where they are predicted, or from where they were last certain.
 
     A gel that bounces turns round between two frames. The prediction then tears the grid where it moves most, and fewer
-    labels grow from it.
+    labels grow from it. The others count only if they leave almost no marker without a dot: on a gel that jumps by more
+    than a pitch, more labels are no better ones.
     """
+    label = _labelled_from(extended, dots, lattice)
+    if _lacks_few(label, lattice):
+        return label
+    other = _labelled_from(lattice.extend(trusted), dots, lattice)
+    return other if _lacks_few(other, lattice) else label
+
+
+def _lacks_few(label: NDArray[np.intp], lattice: Lattice) -> bool:
+    """Return whether almost all markers have a dot."""
+    return bool(np.count_nonzero(label[: lattice.count] < 0) <= LACKING_DOTS)
+
+
+def _labelled_from(extended: NDArray[np.float64], dots: NDArray[np.float64], lattice: Lattice) -> NDArray[np.intp]:
+    """Label the extended lattice's nodes from one expectation: all at once if the gel has moved alike, or grown."""
     label = _carried(extended, dots, lattice)
-    if label is not None:
-        return label
-    label = _grow(extended, dots, lattice)
-    if np.count_nonzero(label[: lattice.count] < 0) <= LACKING_DOTS:
-        return label
-    stayed = lattice.extend(trusted)
-    other = _carried(stayed, dots, lattice)
-    other = _grow(stayed, dots, lattice) if other is None else other
-    more = np.count_nonzero(other[: lattice.count] >= 0) > np.count_nonzero(label[: lattice.count] >= 0)
-    return other if more else label
+    return _grow(extended, dots, lattice) if label is None else label
 
 
 def _carried(extended: NDArray[np.float64], dots: NDArray[np.float64], lattice: Lattice) -> NDArray[np.intp] | None:
@@ -218,8 +224,8 @@ def _carried(extended: NDArray[np.float64], dots: NDArray[np.float64], lattice: 
 def _grow(extended: NDArray[np.float64], dots: NDArray[np.float64], lattice: Lattice) -> NDArray[np.intp]:
     """Label the extended lattice's nodes (markers and the empty ring around them), wave by wave from the best seed.
 
-    Where nothing else grows, nodes of the ring without a dot pass on the motion of their neighbours, so that places of
-    worn dots around a marker do not end the growth.
+    Where nothing else grows, the empty nodes around a marker without neighbours pass on the motion of those around
+    them, so that the growth reaches that marker, or leaves it.
     """
     neighbour, has = lattice.neighbour, lattice.has_neighbour
     gate = (GROW_GATE * lattice.pitch_px) ** 2
@@ -241,22 +247,23 @@ def _grow(extended: NDArray[np.float64], dots: NDArray[np.float64], lattice: Lat
 
     free = np.ones(len(dots), bool)
     free[label[seed]] = False
-    passed, ring = np.zeros(len(extended), bool), np.arange(len(extended)) >= lattice.count
+    passed = np.zeros(len(extended), bool)
     while True:
         known = has & (passed | (label >= 0))[neighbour]
         support = known.sum(axis=1)
         todo = np.flatnonzero((label < 0) & (support > tried_with))
-        if not len(todo):
-            beyond = np.flatnonzero((label < 0) & ~passed & (support > 0) & ring)
-            if not len(beyond) or not free.any():
+        grows = len(todo) > 0
+        if not grows:
+            todo = np.flatnonzero(lattice.bridge & (label < 0) & ~passed & (support > 0))
+            if not len(todo) or not free.any():
                 return label
-            weight = known[beyond] / support[beyond, None]
-            moved[beyond] = np.einsum("tk,tkd->td", weight, moved[neighbour[beyond]])
-            passed[beyond] = True
+        weight = known[todo] / support[todo, None]
+        motion = np.einsum("tk,tkd->td", weight, moved[neighbour[todo]])
+        if not grows:
+            moved[todo], passed[todo] = motion, True
             continue
         tried_with[todo] = support[todo]
-        weight = known[todo] / support[todo, None]
-        guess = extended[todo] + np.einsum("tk,tkd->td", weight, moved[neighbour[todo]])
+        guess = extended[todo] + motion
         to_dot = dots[None, :, :] - guess[:, None, :]
         squared = np.einsum("nmk,nmk->nm", to_dot, to_dot)
         squared[:, ~free] = np.inf

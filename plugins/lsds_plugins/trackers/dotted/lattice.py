@@ -19,7 +19,8 @@ class Lattice:
     """Nodes 0..count-1 are the markers in the reference's order, the rest is the ring of cells that touch them.
 
     `neighbour` (nodes, 4) node right, left, below, above, with `has_neighbour` telling which exist; `known_empty`
-    (ring,) where the reference showed that no dot is printed; `complete` where the whole pad is in the reference.
+    (ring,) where the reference showed that no dot is printed; `complete` where the whole pad is in the reference;
+    `bridge` (nodes,) the ring's nodes next to a marker whose neighbours are all worn off.
     """
 
     def __init__(self, reference: MarkerReference, complete: bool = False) -> None:
@@ -52,6 +53,9 @@ class Lattice:
                 j = node.get((cell[0] + d_row, cell[1] + d_column))
                 if j is not None:
                     self.neighbour[i, k], self.has_neighbour[i, k] = j, True
+        alone = ~(self.has_neighbour & (self.neighbour < self.count))[: self.count].any(axis=1)
+        self.bridge = np.zeros(len(node), bool)
+        self.bridge[self.neighbour[: self.count][alone]] = True
         ring_px = self.extend(reference.xy_px)[self.count :]
         self.known_empty = np.full(len(ring_px), self.complete)
         if not self.complete:
