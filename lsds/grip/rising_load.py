@@ -12,11 +12,11 @@ if TYPE_CHECKING:
     from lsds.grip.options import GripOptions
 
 RISE_WINDOW_S = 1.0
-"""Time over which the rise of the load is measured (s); chosen: a rise of a tenth a second counts from 0.6 N on."""
+"""Time over which the rise of the load is measured, s; chosen: a rise of a tenth a second counts from 0.3 N on."""
 RATE_WINDOW_S = 0.15
-"""Least time by which a rise is divided to give its rate (s); chosen."""
+"""Minimum time by which a rise is divided to give its rate, s; chosen: in a shorter one noise looks steep."""
 ARM_SETTLES_S = 0.3
-"""Time after a change of the arm's speed in which the load shows its acceleration (s); chosen."""
+"""Time after a change of the arm's speed, next to the fingers' answer time, in which loads do not count, s; chosen."""
 RELATIVE_LOAD_NOISE = 0.03
 """Relative noise of a load from frame to frame; chosen. A rise within the window counts where it is greater than this
 and `RISE_NOISE_N` together."""
@@ -51,9 +51,9 @@ class RisingLoad:
         self._carried = 0.0
 
     def required_m(self, t_ns: int, load_n: float, squeeze_m: float, answer_s: float, arm_m_s: float = 0.0) -> float:
-        """Return the squeeze (m) for the load at the time of the fingers' answer; 0 if the load does not rise.
+        """Return the squeeze (m) for the load at the time of the fingers' answer; 0 if the load is not known to rise.
 
-        `arm_m_s` is the speed of the arm: loads while it changes show the arm's acceleration, and do not count.
+        `arm_m_s` is the speed of the arm. Loads just after it has changed show its acceleration, and do not count.
         """
         if arm_m_s != self._arm_m_s:
             self._arm_m_s, self._accelerated_ns = arm_m_s, t_ns
