@@ -96,7 +96,7 @@ class TouchOffset:
         )
         at = int(np.argmin(total - np.log(prior)))
         # An offset at the end of the range is no explanation.
-        if total[at] <= MEAN_MISFIT * len(levels) and 0 < at < len(total) - 1:
+        if total.min() <= MEAN_MISFIT * len(levels) and 0 < at < len(total) - 1:
             self.expected_m = float(self._offsets[at])
 
 

@@ -32,6 +32,13 @@ def test_a_touch_that_is_wrong_by_a_millimetre_is_found(std_m, offset_mm, scale,
     assert found_mm == pytest.approx(offset_mm, abs=0.45)
 
 
+def test_the_expected_offset_grows_with_the_true_one():
+    # It fell back to 0 where the most probable offset, between a right touch and a wrong one, fits neither well.
+    beyond_mm = 1.0 * 1.6 ** np.arange(5)
+    found_mm = [expected_mm(beyond_mm, offset_mm) for offset_mm in np.linspace(0.2, 1.4, 13)]
+    assert np.all(np.diff(found_mm) >= 0)
+
+
 @given(power=st.floats(1.0, 1.5), seed=st.integers(0, 999))
 def test_a_right_touch_stays_where_it_is_whatever_the_object(power, seed):
     factors = np.exp(np.random.default_rng(seed).normal(0, 0.08, 4))
