@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 
 import pytest
+from lsds_research.studies.grip import study
+from lsds_research.studies.grip.lift import Lift
 from lsds_research.studies.grip.options import GripOptions
 from lsds_research.studies.grip.random_objects import drawn
 from lsds_research.studies.grip.study import GripStudy
@@ -92,3 +94,24 @@ def test_only_random_objects_that_a_firm_grip_holds_count(tmp_path):
     runs = result.details["runs"]
     assert 0 < row["runs"] == len(runs) <= 2
     assert "draw 0 for development" in result.title
+
+
+def test_a_firm_grip_that_holds_is_the_last_one_that_is_tried(monkeypatch, tmp_path):
+    lifted: list[Lift] = []
+
+    def instant(what):
+        lifted.append(what)
+        number = int(what.object.rpartition("-")[2])
+        held = number < 2 and what.squeeze_mm >= (3.0, 6.0)[number]
+        return {"controller": what.controller, "object": what.object, "held": held}
+
+    monkeypatch.setattr(study, "lift", instant)
+    options = GripOptions(random=3, draw=0, controllers=["belief"], jobs=1, out=str(tmp_path / "runs.jsonl"))
+    ticks: list[tuple[int, int]] = []
+    found, failures = study._of_random_objects(options, [], lambda done, total: ticks.append((done, total)))
+    firm = [(what.object[-1], what.squeeze_mm) for what in lifted if what.controller == "off"]
+    assert firm == [("0", 3.0), ("1", 3.0), ("2", 3.0), ("1", 6.0), ("2", 6.0), ("2", 10.0)]
+    assert [what.object[-1] for what in lifted if what.controller == "belief"] == ["0", "1"]
+    assert len(found) == len(lifted)
+    assert not failures
+    assert ticks[-1] == (8, 8)

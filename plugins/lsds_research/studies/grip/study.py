@@ -72,11 +72,13 @@ class GripStudy:
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
         """Run the lifts. Raises ConfigError for an unknown object, PluginError for an unknown controller."""
         options = self._options
-        planned = _drawn(options) if options.random else _planned(options, self._seed)
         varied = _variants(options)
-        plain = [what for what in planned if what.controller != OFF]
-        planned += [what for _, _, text in varied for what in sensitivity.varied(plain, text)]
-        found, failures = run_and_store(lift, planned, options.out, options.jobs, options.cluster, tick)
+        texts = [text for _, _, text in varied]
+        if options.random:
+            found, failures = _of_random_objects(options, texts, tick)
+        else:
+            planned = _with_variants(_planned(options, self._seed), texts)
+            found, failures = run_and_store(lift, planned, options.out, options.jobs, options.cluster, tick)
         rows = _holdable(found) if options.random else [*found.values()]
         if not rows and not failures:
             raise DataError(f"a firm grip holds none of these {options.random} objects: draw more")
@@ -129,20 +131,48 @@ def _planned(options: GripOptions, seed: int) -> list[Lift]:
     ]
 
 
-def _drawn(options: GripOptions) -> list[Lift]:
-    """Return the lifts of random objects: with a firm grip, and by each controller. Raises PluginError."""
+def _of_random_objects(
+    options: GripOptions, texts: Sequence[str], tick: Callable[[int, int], None]
+) -> tuple[dict[str, Row], dict[str, str]]:
+    """Return the lifts and the failures of random objects, as `run_and_store`. Raises PluginError.
+
+    A firm grip first: its squeezes grow until one holds, and the controllers lift only what one has held.
+    """
     named = [name for name in options.controllers if name != OFF]
     controllers = backend_names(PluginHost(), "controller", named)
-    objects = [drawn(options.draw, index) for index in range(options.random)]
     settings = tuple(options.settings)
-    return [
-        each.lift(who, squeeze_mm, settings)
-        for each in objects
-        for who, squeeze_mm in (
-            *((OFF, firm) for firm in FIRM_SQUEEZES_MM),
-            *((who, each.squeeze_mm) for who in controllers),
+    objects = [drawn(options.draw, index) for index in range(options.random)]
+    found: dict[str, Row] = {}
+    failures: dict[str, str] = {}
+
+    def run(lifts: Sequence[Lift], more: int) -> None:
+        begun = len(found) + len(failures)
+        rows, failed = run_and_store(
+            lift,
+            lifts,
+            options.out,
+            options.jobs,
+            options.cluster,
+            lambda done, total: tick(begun + done, begun + total + more),
         )
-    ]
+        found.update(rows)
+        failures.update(failed)
+
+    held: set[str] = set()
+    for squeeze_mm in FIRM_SQUEEZES_MM:
+        untried = [each.lift(OFF, squeeze_mm, settings) for each in objects if each.name not in held]
+        run(untried, len(objects) * len(controllers) * (1 + len(texts)))
+        held = {row["object"] for row in found.values() if row["held"]}
+    holdable = [each for each in objects if each.name in held]
+    lifts = [each.lift(who, each.squeeze_mm, settings) for each in holdable for who in controllers]
+    run(_with_variants(lifts, texts), 0)
+    return found, failures
+
+
+def _with_variants(planned: list[Lift], texts: Sequence[str]) -> list[Lift]:
+    """Return the lifts, and after them those of the controllers again with each override."""
+    plain = [what for what in planned if what.controller != OFF]
+    return [*planned, *(what for text in texts for what in sensitivity.varied(plain, text))]
 
 
 def _holdable(found: Mapping[str, Row]) -> list[Row]:
