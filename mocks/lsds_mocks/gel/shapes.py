@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numba import njit
 
+from lsds_mocks.gel.overlap import Overlap
 from lsds_mocks.gel.placement import Placement
 
 if TYPE_CHECKING:
@@ -77,32 +78,31 @@ class Surface:
 
     def overlap_volume(self, indentation_m: float) -> float:
         """Sum over a lattice as large as a pad."""
-        return float(np.maximum(indentation_m - self._lattice, 0).sum()) * _LATTICE_M**2
+        return self._overlap.depth_m(indentation_m) * _LATTICE_M**2
 
     def half_extent(self, indentation_m: float) -> tuple[float, float]:
         """Farthest points of the overlap from the middle."""
-        under = self._lattice < indentation_m
-        if not under.any():
+        overlap = self._overlap
+        across, along = overlap.columns_m < indentation_m, overlap.rows_m < indentation_m
+        if not across.any():
             return _LATTICE_M, _LATTICE_M
         return (
-            float(np.abs(_ACROSS[under.any(axis=0)]).max()) + _LATTICE_M / 2,
-            float(np.abs(_ALONG[under.any(axis=1)]).max()) + _LATTICE_M / 2,
+            float(np.abs(_ACROSS[across]).max()) + _LATTICE_M / 2,
+            float(np.abs(_ALONG[along]).max()) + _LATTICE_M / 2,
         )
 
     def area(self, indentation_m: float) -> float:
         """Count of lattice points."""
-        return max(1, int((self._lattice < indentation_m).sum())) * _LATTICE_M**2
+        return max(1, self._overlap.points(indentation_m)) * _LATTICE_M**2
 
     def perimeter_per_area(self, indentation_m: float) -> float:
         """Count of lattice edges on the outline, times pi/4 because a slanted outline is counted in steps."""
-        under = self._lattice < indentation_m
-        edges = int((under[1:] != under[:-1]).sum() + (under[:, 1:] != under[:, :-1]).sum())
-        return math.pi / 4 * edges * _LATTICE_M / self.area(indentation_m)
+        return math.pi / 4 * self._overlap.edges(indentation_m) * _LATTICE_M / self.area(indentation_m)
 
     @cached_property
-    def _lattice(self) -> NDArray[np.float64]:
+    def _overlap(self) -> Overlap:
         gap = self.gap(_ACROSS[None, :], _ALONG[:, None])
-        return np.broadcast_to(gap, (len(_ALONG), len(_ACROSS)))
+        return Overlap(np.broadcast_to(gap, (len(_ALONG), len(_ACROSS))))
 
 
 @dataclass(frozen=True)
