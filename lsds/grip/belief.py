@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lsds.grip.evidence import MOST_EVIDENCE
+from lsds.grip.evidence import MOST_EVIDENCE, Evidence
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -125,13 +125,16 @@ class GripBelief:
         load_n: float,
         squeeze_mm: float,
         dt_s: float,
-        evidence: float,
+        evidence: Evidence,
         stands: bool = False,
         moved_mm: float = math.inf,
+        *,
+        faint: bool = False,
     ) -> None:
         """Take a round: load (N a finger), squeeze at the time of its frames (mm), and the detector's evidence, a
         log-likelihood ratio of slide against stick. `stands`: the arm waits, the object may stand on its support.
-        `moved_mm`: by how much the arm has moved at most since the load before."""
+        `moved_mm`: by how much the arm has moved at most since the load before. `faint`: the load is less than
+        `load_n`, and not known."""
         ln_f, ln_g = math.log(max(load_n, LOAD_RANGE_N[0])), self.options.power * math.log(squeeze_mm)
         changed = not abs(squeeze_mm - self._last_s) < 0.02 * squeeze_mm
         since_s, self._unmeasured_s = dt_s + self._unmeasured_s, 0.0
@@ -140,39 +143,57 @@ class GripBelief:
         self._last_f, self._last_s = ln_f, squeeze_mm
         slid = self.slips
         density = max(1.0 / _RANGE, self._loading(load_n, before_n, moved_mm))
-        loading = 1 - self.options.unseen if stands else LOADING_STEADY if rate <= STEADY_1_S else LOADING_RISING
+        # Nothing pulls while the arm rests, and whether a faint load rises is not known.
+        stands = stands or (faint and not moved_mm > 0)
+        moving = LOADING_STEADY if rate <= STEADY_1_S and not faint else LOADING_RISING
+        loading = 1 - self.options.unseen if stands else moving
         advance = self._advance_compiled if self._compiled else self._advance
-        begun = advance(ln_f, ln_g, dt_s, stands, changed, (loading, density))
-        self._unseen = (self._unseen * slid + self.options.unseen * begun) / (slid + begun)
-        self._weigh(evidence)
+        begun = advance(ln_f, ln_g, dt_s, stands, changed, (loading, density), faint=faint)
+        self._weigh(evidence, slid, begun)
 
     def _advance(
-        self, ln_f: float, ln_g: float, dt_s: float, stands: bool, changed: bool, being_loaded: tuple[float, float]
+        self,
+        ln_f: float,
+        ln_g: float,
+        dt_s: float,
+        stands: bool,
+        changed: bool,
+        being_loaded: tuple[float, float],
+        *,
+        faint: bool,
     ) -> float:
         """Advance both hypotheses by a round; return how much began to slide.
 
         `being_loaded`: the share of sticking objects whose load is below W, and the density of their load.
         """
         noise, (loading, density) = self.options.noise, being_loaded
-        begun = self._drift(dt_s, changed) + self._break_away(ln_f - ln_g, dt_s)
+        begun = self._drift(dt_s, changed) + self._break_away(_pull(ln_f - ln_g, stands, faint), dt_s)
         self._stop(ln_g, dt_s, stands)
-        hang = _normal(ln_f - self._ln_w, noise)
-        below = (self._ln_w > ln_f) * density
-        self.stick *= ((1 - loading) * hang + loading * below + _OUTLIER)[:, None]
-        sliding = _normal(ln_f - (self._ln_r + ln_g - self._ln_kinetic), SLIDING_NOISE * noise) + _OUTLIER
+        likely = _chance_below if faint else _normal
+        below = 1.0 if faint else (self._ln_w > ln_f) * density
+        self.stick *= ((1 - loading) * likely(ln_f - self._ln_w, noise) + loading * below + _OUTLIER)[:, None]
+        sliding = likely(ln_f - (self._ln_r + ln_g - self._ln_kinetic), SLIDING_NOISE * noise) + _OUTLIER
         # An object keeps sliding only if it weighs more than friction carries; otherwise it is about to stop.
         heavy = _STOPPING + (1 - _STOPPING) * _below((self._ln_w - ln_f) / (SLIDING_NOISE * noise))
         self.slide *= heavy[:, None] * sliding[None, :]
         return begun
 
     def _advance_compiled(
-        self, ln_f: float, ln_g: float, dt_s: float, stands: bool, changed: bool, being_loaded: tuple[float, float]
+        self,
+        ln_f: float,
+        ln_g: float,
+        dt_s: float,
+        stands: bool,
+        changed: bool,
+        being_loaded: tuple[float, float],
+        *,
+        faint: bool,
     ) -> float:
         """Return the same as `_advance`, by compiled functions."""
         from lsds.grip.compiled_belief import advance
 
         self._walk(dt_s, changed)
-        before, grows = self._raise_greatest(ln_f - ln_g, dt_s)
+        before, grows = self._raise_greatest(_pull(ln_f - ln_g, stands, faint), dt_s)
         noise = self.options.noise
         begun: float = advance(
             self.stick,
@@ -183,6 +204,7 @@ class GripBelief:
             (self._answered(dt_s), ln_g - self._ln_kinetic, 0.0 if stands else BREAKING_NOISE * noise),
             (ln_f, noise, SLIDING_NOISE * noise, *being_loaded),
             (_OUTLIER, _STOPPING),
+            faint,
         )
         return begun
 
@@ -250,18 +272,19 @@ class GripBelief:
         density = np.exp(-0.5 * ((self._ln_r - ln_middle) / spread) ** 2)
         return np.asarray(density / density.sum())
 
-    def weigh(self, evidence: float, squeeze_mm: float, dt_s: float, stands: bool = False) -> None:
+    def weigh(self, evidence: Evidence, squeeze_mm: float, dt_s: float, stands: bool = False) -> None:
         """Take the detector's evidence of a round in which no load is measured, as `update` does. The squeeze is NaN if
         it is not known. Whether friction stops an object is known only if its load was."""
         known = math.isfinite(squeeze_mm)
-        self._drift(dt_s, known and not abs(squeeze_mm - self._last_s) < 0.02 * squeeze_mm)
+        slid = self.slips
+        begun = self._drift(dt_s, known and not abs(squeeze_mm - self._last_s) < 0.02 * squeeze_mm)
         self._unmeasured_s += dt_s
         self._greatest -= dt_s / FORGET_S
         if known:
             self._last_s = squeeze_mm
             if math.isfinite(self._last_f):
                 self._stop(self.options.power * math.log(squeeze_mm), dt_s, stands)
-        self._weigh(evidence)
+        self._weigh(evidence, slid, begun)
 
     def squeeze_mm(self, risk: float, margin: float, ahead_n: float, braking: float = 1.0) -> float:
         """Return the least squeeze (mm) at which `margin` times the load exceeds the limit with at most this
@@ -308,12 +331,15 @@ class GripBelief:
             return 0.0
         return load_n / (most_n + 4 * noise_n)
 
-    def _weigh(self, evidence: float) -> None:
-        """Weigh slide against stick, and make the sum of all 1 again."""
-        likelihood = math.exp(min(max(evidence, -MOST_EVIDENCE), MOST_EVIDENCE))
+    def _weigh(self, evidence: Evidence, slid: float, begun: float) -> None:
+        """Weigh slide against stick, and make the sum of all 1 again: of the slides, the shares `slid` had slid in the
+        round before, and `begun` has begun since."""
+        lasting, fresh = (math.exp(min(max(each, -MOST_EVIDENCE), MOST_EVIDENCE)) for each in evidence)
         # Some slides are never seen: of those the detector's silence says nothing.
-        slides = self._unseen + (1 - self._unseen) * likelihood
-        self._unseen /= slides
+        unseen, of_begun = self._unseen, self.options.unseen
+        likely = slid * (unseen + (1 - unseen) * lasting) + begun * (of_begun + (1 - of_begun) * fresh)
+        self._unseen = (slid * unseen + begun * of_begun) / likely
+        slides = likely / (slid + begun)
         if self._compiled:
             from lsds.grip.compiled_belief import weigh
 
@@ -413,8 +439,17 @@ _STOPPING = 0.1
 """Weight of slides of objects that friction would carry: those that are about to stop; chosen."""
 
 
+def _pull(ln_ratio: float, stands: bool, faint: bool) -> float:
+    """Return the ratio of load to squeeze^p (ln) that may have broken an object away: none while nothing pulls."""
+    return -math.inf if faint and stands else ln_ratio
+
+
 def _normal(x: Floats, std: float) -> Floats:
     return np.asarray(np.exp(-0.5 * (x / std) ** 2) / (std * math.sqrt(2 * math.pi)))
+
+
+def _chance_below(x: Floats, std: float) -> Floats:
+    return _below(x / std)
 
 
 def _below(z: Floats) -> Floats:

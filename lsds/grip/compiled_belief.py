@@ -26,6 +26,7 @@ def advance(
     stops: tuple[float, float, float],
     seen: tuple[float, float, float, float, float],
     floors: tuple[float, float],
+    faint: bool,
 ) -> float:
     """Advance both hypotheses (loads, limits) by a round, in place; return how much began to slide.
 
@@ -37,6 +38,7 @@ def advance(
     - `seen`: ln of the load, its scatter where the object hangs and where it slides, the share of objects that are
       being loaded, and the density of their load.
     - `floors`: density of an unexplained load, and weight of a slide that is about to stop.
+    - `faint`: the load is less than the one that is given: probabilities take the place of densities.
     """
     ln_w, ln_r, ln_need, prior_w, prior_r = axes
     loads, limits = stick.shape
@@ -63,11 +65,15 @@ def advance(
     unexplained, stopping = floors
     hang, heavy, sliding = np.empty(loads), np.empty(loads), np.empty(limits)
     for i in range(loads):
-        below = density if ln_w[i] > ln_f else 0.0
-        hang[i] = (1 - loading) * _normal(ln_f - ln_w[i], noise) + loading * below + unexplained
+        if faint:
+            hang[i] = (1 - loading) * _below((ln_f - ln_w[i]) / noise) + loading + unexplained
+        else:
+            below = density if ln_w[i] > ln_f else 0.0
+            hang[i] = (1 - loading) * _normal(ln_f - ln_w[i], noise) + loading * below + unexplained
         heavy[i] = stopping + (1 - stopping) * _below((ln_w[i] - ln_f) / sliding_noise)
     for j in range(limits):
-        sliding[j] = _normal(ln_f - ln_r[j] - ln_kinetic, sliding_noise) + unexplained
+        off = ln_f - ln_r[j] - ln_kinetic
+        sliding[j] = (_below(off / sliding_noise) if faint else _normal(off, sliding_noise)) + unexplained
     begun, kept = 0.0, 1 - 2 * jumps
     for i in range(loads):
         row, other, own, mass = stick[i], slide[i], prior_w[i], by_w[i]
@@ -182,7 +188,7 @@ def prepare() -> None:
     """Compile the functions, or load them from the cache, so that no round waits for it."""
     stick, slide = np.full((2, 3), 0.1), np.full((2, 3), 0.01)
     axes = (np.zeros(2), np.zeros(3), np.zeros(4), np.full(2, 0.5), np.full(3, 0.3))
-    advance(stick, slide, axes, 0.0, (0.0, 0.0, 1.0), (0.5, 0.0, 1.0), (0.0, 0.1, 0.1, 0.5, 0.1), (0.1, 0.1))
+    advance(stick, slide, axes, 0.0, (0.0, 0.0, 1.0), (0.5, 0.0, 1.0), (0.0, 0.1, 0.1, 0.5, 0.1), (0.1, 0.1), False)
     walk(stick, 0.1, False)
     need_of(stick, slide, 1, 0, 0.1)
     weigh(stick, slide, 1.0)

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from lsds.tactile.contact_load import speed_of
 
 if TYPE_CHECKING:
     from lsds.contracts import Detection, SlipEstimate
 
-STILL_WEIGHTS = (-2.9, 5.3, 1.0)
+STILL_WEIGHTS = (-2.3, 7.2, 1.1)
 """Log-likelihood ratio of slide against stick while the squeeze is constant: intercept, slope over the score, and slope
 over ln(speed in mm/s + 0.3); fitted on simulated rounds (`lsds_research.studies.grip.fit_evidence`)."""
-CLOSING_WEIGHTS = (-1.7, 5.1, 0.2)
+CLOSING_WEIGHTS = (-1.7, 5.4, 0.2)
 """The same after a change of the squeeze, when the gel moves by itself and evidence of slip is weaker; same fit."""
 MOST_EVIDENCE = 4.0
 """Maximum evidence of one round, log-likelihood ratio; chosen, so that no frame decides alone."""
@@ -23,11 +23,21 @@ REST_SIGNALS = 0.0, math.log(0.4)
 Weights = tuple[float, float, float]
 
 
+class Evidence(NamedTuple):
+    """What a frame adds, as log-likelihood ratios of slide against stick: if the object slid in the frame before
+    already (`lasting`), and if it has begun to slide since (`begun`)."""
+
+    lasting: float
+    begun: float
+
+
 class SlipEvidence:
     """Turns the answers of detector and estimator on one grip into log-likelihood ratios of slide against stick.
 
     Detector and estimator err together from frame to frame: the fit finds a correlation of 1. So the answers of a frame
-    replace those of the frame before, and an alarm counts once, however long it lasts.
+    replace those of the frame before, and an alarm counts once, however long it lasts. Of an object that has just begun
+    to slide, those of the frame before said nothing: silence counts in full, and an alarm that was there before counts
+    nothing, because it was false then.
 
     `closing_s`: the gel moves by itself for this time after a change of the squeeze.
     """
@@ -36,7 +46,7 @@ class SlipEvidence:
         self._closing_s, self._still, self._closing = closing_s, still, closing
         self._before, self._given, self._closes = REST_SIGNALS, 0.0, True
 
-    def take(self, detection: Detection, estimate: SlipEstimate, since_change_s: float) -> float:
+    def take(self, detection: Detection, estimate: SlipEstimate, since_change_s: float) -> Evidence:
         """Return what a frame adds to the evidence given before, at most `MOST_EVIDENCE` either way; the rest follows
         with the next frames. 0 if the detector abstains.
 
@@ -45,7 +55,7 @@ class SlipEvidence:
         """
         if detection.slip is None:
             self._before, self._given = REST_SIGNALS, _ratio(self._still, REST_SIGNALS)
-            return 0.0
+            return Evidence(0.0, 0.0)
         closes, closed = since_change_s < self._closing_s, self._closes
         weights = self._closing if closes else self._still
         if closes and not closed:
@@ -55,7 +65,7 @@ class SlipEvidence:
         self._before, self._closes = now, closes
         added = min(max(_ratio(weights, now) - self._given, -MOST_EVIDENCE), MOST_EVIDENCE)
         self._given += added
-        return added
+        return Evidence(added, min(max(added, 0.0), max(_ratio(weights, now), -MOST_EVIDENCE)))
 
 
 def _ratio(weights: Weights, seen: tuple[float, float]) -> float:

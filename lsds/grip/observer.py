@@ -172,22 +172,23 @@ class GripObserver:
             self.belief.doubt_normal()
         limit_n, limit_std_n, rising_m = math.nan, math.nan, 0.0
         stands = supported and not speed_m_s > 0
-        if not load.fresh or not math.isfinite(squeeze_m):
+        evidence = self._evidence.take(seen.detection, estimate, rests_s)
+        if not (load.fresh and math.isfinite(squeeze_m)):
             # The last load measured is no new evidence.
-            evidence = self._evidence.take(seen.detection, estimate, rests_s)
             self.belief.weigh(evidence, 1e3 * squeeze_m, round_s, stands)
             self._unmeasured_s += round_s
             self._fastest_m_s = max(self._fastest_m_s, arm_m_s)
-        elif load_n > LEAST_EVIDENCE_N:
+        else:
             since_s, self._unmeasured_s = round_s + self._unmeasured_s, 0.0
             if math.isfinite(self._before_n) and since_s > 0:
                 rate = (load_n - self._before_n) / since_s
             self._before_n = load_n
             moved_mm = 1e3 * since_s * max(self._fastest_m_s, arm_m_s) if since_s > 0 else 0.0
             self._fastest_m_s = 0.0
-            evidence = self._evidence.take(seen.detection, estimate, rests_s)
-            self.belief.update(load_n, 1e3 * squeeze_m, round_s, evidence, stands, moved_mm)
-            if supported or self.belief.slips > SLIPPED:
+            # Noise and creep of the gel reach that load: of a smaller one only this is known.
+            faint, known_n = not load_n > LEAST_EVIDENCE_N, max(load_n, LEAST_EVIDENCE_N)
+            self.belief.update(known_n, 1e3 * squeeze_m, round_s, evidence, stands, moved_mm, faint=faint)
+            if faint or supported or self.belief.slips > SLIPPED:
                 self._rising.forget()
             else:
                 rising_m = self._rising.required_m(seen.t_ns, load_n, squeeze_m, self._answer_s, speed_m_s)

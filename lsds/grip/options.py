@@ -41,4 +41,4 @@ class GripOptions(BaseModel):
         description="time from a change at the object to the fingers' answer; by the specs of sensor and gripper where "
         "not given",
     )
-    unseen: float = Field(default=0.05, gt=0, lt=1, description="share of the slides that the detector does not see")
+    unseen: float = Field(default=0.04, gt=0, lt=1, description="share of the slides that the detector does not see")

@@ -34,6 +34,7 @@ class Grip:
         """Show a frame; return the squeeze (mm) that is commanded then. `slip` None is an abstention."""
         self.t_ns += FRAME_NS
         pulls = None if load_missing else ContactLoad((0.0, load_n), 0.0, 0.01, 0.001, wanted.pop("normal_n", math.nan))
+        arm = {"supported": wanted.pop("supported", False), "speed_m_s": wanted.pop("arm_m_s", 0.0)}
         finger = SimpleNamespace(
             finger="left", skipped=False, observation=SimpleNamespace(t_ns=self.t_ns, load=pulls, contact=None)
         )
@@ -53,7 +54,7 @@ class Grip:
                 aperture_m=aperture,
                 touch_m=touch_m,
             ),
-            speed_m_s=0.0,
+            **arm,
         )
         asked = self.controller.update(grip, GripTask(**{"resolution_m": TICK_M, "answer_s": 0.11, **wanted}))
         if asked is not None:
@@ -98,6 +99,23 @@ def test_a_corrected_touch_gives_a_fragile_object_no_greater_force():
     # 1 N at 1 mm: 2 N are reached at 1.7 mm.
     assert sent_mm
     assert max(sent_mm) < 1.7
+
+
+def left_behind(frames):
+    """Return the squeezes (mm) that are commanded while an arm rises from an object that hardly touches the fingers."""
+    grip = Grip(0.8)
+    grip.quiet(0.0, 0.4, supported=True)
+    return [grip.frame(0.01, slip=True, speed=0.01, supported=True, arm_m_s=0.01) for _ in range(frames)]
+
+
+def test_fingers_close_on_an_object_that_does_not_come_along():
+    """Its load stayed within the noise and the detector alarmed for 2 s, while the arm rose by 23 mm."""
+    assert left_behind(6)[-1] > 0.8 + TICK_M * 1e3 / 2
+
+
+def test_alarms_about_nothing_do_not_close_the_fingers_on_and_on():
+    sent_mm = left_behind(250)
+    assert sent_mm[-1] == sent_mm[50] < 4 * 0.8
 
 
 def hanging(squeeze_mm=1.5, load_n=0.5, **options):

@@ -10,6 +10,7 @@ from lsds_plugins.controllers.belief import BeliefController, BeliefOptions
 
 from lsds.clock import VirtualClock
 from lsds.contracts import ABSTAINED, BuildContext, ContactLoad, Detection, GripEstimate, GripTask, SlipEstimate
+from lsds.grip.evidence import Evidence
 from lsds.grip.observer import FALLS_M_S, GripObserver
 from lsds.grip.options import GripOptions
 from lsds.tactile.carried_load import CarriedLoad
@@ -163,7 +164,7 @@ def test_a_finger_without_a_zero_makes_no_load_fresh():
 def test_the_load_may_rise_by_all_of_the_arm_s_way_since_the_last_load(measured, monkeypatch):
     moved_mm = []
     monkeypatch.setattr(
-        "lsds.grip.belief.GripBelief.update", lambda belief, *seen: moved_mm.append(seen[-1]), raising=True
+        "lsds.grip.belief.GripBelief.update", lambda belief, *seen, faint: moved_mm.append(seen[-1]), raising=True
     )
     observer = GripObserver(GripOptions(), 0.12)
     for k in range(4):
@@ -183,12 +184,13 @@ def test_the_normal_force_shows_that_a_touch_was_noticed_too_early(early_mm):
         at = {"aperture_m": aperture_m, "touch_m": 0.030 + 1e-3 * early_mm}
         fingers = (seen_by("finger", k * FRAME_NS, load),)
         grip = observer.update(
-            GripEstimate(t_ns=k * FRAME_NS, dt_s=0.04, detection=STILL, estimate=ABSTAINED, fingers=fingers, **at)
+            GripEstimate(t_ns=k * FRAME_NS, dt_s=0.04, detection=STILL, estimate=ABSTAINED, fingers=fingers, **at),
+            speed_m_s=0.0,
         )
     assert grip.touch_m == pytest.approx(0.030, abs=2e-4)
     assert grip.squeeze_m == pytest.approx(2e-3, abs=2e-4)
     # The limit is expected near friction times the normal force, wherever the touch was noticed.
-    observer.belief.update(0.5, 1e3 * grip.squeeze_m, 0.04, -1.0)
+    observer.belief.update(0.5, 1e3 * grip.squeeze_m, 0.04, Evidence(-1.0, -1.0))
     assert observer.belief.limit_n(1e3 * grip.squeeze_m)[0] == pytest.approx(0.5 * 1.5 * 2**1.25, rel=0.35)
 
 

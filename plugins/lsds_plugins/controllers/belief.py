@@ -115,10 +115,8 @@ class BeliefController:
         if wanted.slide is not None:
             falls = self._wanted_slip.falls(grip.t_ns, grip.estimate, wanted.slide)
             return self._closed(grip, wanted, math.inf, held_m, tick_m) if falls else None
-        if not math.isfinite(grip.load_n) and grip.slips > SURELY:
-            return self._closed(grip, wanted, math.inf, held_m, tick_m)
         if not grip.load_n > LEAST_EVIDENCE_N:
-            return None
+            return self._closed(grip, wanted, math.inf, held_m, tick_m) if grip.slips > SURELY else None
         if grip.slips > SURELY:
             self._slid_n = grip.load_n
             self._found |= wanted.probes

@@ -4,7 +4,7 @@ Lifts of development objects are recorded: random ones, half of them on worn, no
 of the catalogue under changes of the load. The belief is then fed with the recorded rounds again, and the weights are
 those with which its probability of a slide fits the true slip best (least log loss). The objects are divided in two;
 weights fitted on each half are tried on the other, next to the present ones and to the rate of slides alone. Frames
-between rest and slip, and slides after their first 0.8 s, do not count.
+between rest and slip, slides after their first 0.8 s, and lost objects do not count.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from lsds.cli.threads import one_thread, processes
 from lsds.clock import nanoseconds
 from lsds.contracts import Detection, GripEstimate, SlipEstimate
 from lsds.grip.belief import GripBelief
-from lsds.grip.evidence import CLOSING_WEIGHTS, STILL_WEIGHTS, SlipEvidence
+from lsds.grip.evidence import CLOSING_WEIGHTS, STILL_WEIGHTS, Evidence, SlipEvidence
 from lsds.grip.observer import GripObserver
 from lsds.session.run import run
 from lsds.support.processes import spread
@@ -59,7 +59,8 @@ class Round(NamedTuple):
 
     name: str
     t_ns: int
-    arguments: tuple[Any, ...] = ()
+    arguments: tuple[Any, ...]
+    options: dict[str, Any]
     seen: tuple[Detection, SlipEstimate, float] | None = None
 
 
@@ -81,7 +82,7 @@ def recording(rounds: list[Round]) -> Iterator[None]:
         t_ns = frame.t_ns
         return was_believe(self, frame, *more)
 
-    def take(self: SlipEvidence, *answers: Any) -> float:
+    def take(self: SlipEvidence, *answers: Any) -> Evidence:
         nonlocal seen
         seen = answers
         return was_take(self, *answers)
@@ -90,7 +91,7 @@ def recording(rounds: list[Round]) -> Iterator[None]:
         was = getattr(GripBelief, name)
 
         def call(self: GripBelief, *arguments: Any, **options: Any) -> None:
-            rounds.append(Round(name, t_ns, arguments, seen if name in EVIDENCE_AT else None))
+            rounds.append(Round(name, t_ns, arguments, options, seen if name in EVIDENCE_AT else None))
             was(self, *arguments, **options)
 
         return call
@@ -110,7 +111,7 @@ def recorded(lift: tuple[str, Sequence[str]]) -> Recorded:
     rounds: list[Round] = []
     with recording(rounds):
         session = run(None, overrides)
-    truth = np.array([(truth.t_ns, math.hypot(*truth.slip_velocity_m_s)) for truth in session.truths])
+    truth = np.array([(each.t_ns, math.hypot(*each.slip_velocity_m_s)) for each in session.truths if not each.dropped])
     return Recorded(name, rounds, truth)
 
 
@@ -176,7 +177,7 @@ def log_loss(lifts: Sequence[tuple[Recorded, dict[int, bool]]], weights: Floats)
             arguments = list(each.arguments)
             if each.seen is not None:
                 arguments[EVIDENCE_AT[each.name]] = evidence.take(*each.seen)
-            getattr(belief, each.name)(*arguments)
+            getattr(belief, each.name)(*arguments, **each.options)
             if each.seen is None:
                 continue
             if each.t_ns in labels:
