@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import product
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -90,6 +91,21 @@ class MujocoFingertip:
         # A pad that does not move is welded to the floor.
         return found if self._pair[0] else [i for i in found if self._is_over(data.contact.pos[i])]
 
+    def may_collide(self) -> bool:
+        """Return whether some geom of the pad and one of the object can collide in MuJoCo."""
+        model = self.model
+        welded = model.body_weldid[model.geom_bodyid]
+        pads, targets = (np.flatnonzero(welded == body) for body in self._pair)
+        paired = {frozenset(pair) for pair in zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)}
+        excluded = set(model.exclude_signature.tolist())
+        for pad, target in product(pads.tolist(), targets.tolist()):
+            one, other = sorted((int(model.geom_bodyid[pad]), int(model.geom_bodyid[target])))
+            meets = model.geom_contype[pad] & model.geom_conaffinity[target]
+            met = model.geom_contype[target] & model.geom_conaffinity[pad]
+            if frozenset((pad, target)) in paired or ((meets or met) and (one << 16) + other not in excluded):
+                return True
+        return False
+
     def contact_force(self) -> float | None:
         """Return the sum of MuJoCo's normal forces between pad and object (N); None without a contact."""
         found = self.contacts()
@@ -135,6 +151,12 @@ class MujocoScene:
             )
         if len({id(fingertip.tip) for fingertip in fingertips}) < len(fingertips):
             raise DataError("MuJoCo scene: two pads share one SimulatedFingertip; make one for each")
+        unseen = [each for each in fingertips if mode == "see" and not each.may_collide()]
+        if unseen:
+            raise DataError(
+                f"MuJoCo scene: mode is 'see', but pad {unseen[0].pad!r} and object {unseen[0].target!r} cannot collide"
+                "; remove their <exclude>, set contype and conaffinity, or write mode='feel'"
+            )
         warnings = mujoco_engine().mjtWarning
         self._diverged = [int(getattr(warnings, f"mjWARN_BAD{of}")) for of in ("QPOS", "QVEL", "QACC")]
         self.model, self.data = model, data

@@ -264,6 +264,21 @@ def test_the_floor_under_an_object_is_not_a_pad_that_does_not_move(mode):
     assert truths(scene)[0].normal_force_n == 0.0
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        pipe_mjcf(pipe(), mode="feel"),
+        pipe_mjcf(pipe(), mode="see").replace('conaffinity="3"', 'contype="0" conaffinity="0"'),
+    ],
+    ids=["excluded", "contype"],
+)
+def test_to_see_a_pair_that_cannot_collide_is_an_error(text):
+    with pytest.raises(
+        DataError, match=r"'see', but pad 'left.*' and object '.*' cannot collide.*remove their <exclude>"
+    ):
+        scene_of(text, "see")
+
+
 def test_seen_contacts_show_the_force_that_mujoco_carries():
     scene = pipe_scene(pipe(), mode="see")
     rest = scene.fingertips[0].tip.image()
