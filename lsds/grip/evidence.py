@@ -24,8 +24,8 @@ Weights = tuple[float, float, float]
 
 
 class Evidence(NamedTuple):
-    """What a frame adds, as log-likelihood ratios of slide against stick: if the object slid in the frame before
-    already (`lasting`), and if it has begun to slide since (`begun`)."""
+    """New evidence of a frame, log-likelihood ratios of slide against stick: for an object that slid in the frame
+    before already (`lasting`), and for one that has begun to slide since (`begun`)."""
 
     lasting: float
     begun: float
