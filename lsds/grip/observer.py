@@ -189,7 +189,7 @@ class GripObserver:
             faint, known_n = not load_n > LEAST_EVIDENCE_N, max(load_n, LEAST_EVIDENCE_N)
             self.belief.update(known_n, 1e3 * squeeze_m, round_s, evidence, stands, moved_mm, faint=faint)
             if faint or supported or self.belief.slips > SLIPPED:
-                self._rising.forget()
+                self._rising.forget(seen.t_ns)
             else:
                 rising_m = self._rising.required_m(seen.t_ns, load_n, squeeze_m, self._answer_s, speed_m_s)
         if load_n > LEAST_EVIDENCE_N and math.isfinite(squeeze_m):

@@ -15,8 +15,9 @@ RISE_WINDOW_S = 1.0
 """Time over which the rise of the load is measured, s; chosen: a rise of a tenth a second counts from 0.3 N on."""
 RATE_WINDOW_S = 0.15
 """Minimum time by which a rise is divided to give its rate, s; chosen: in a shorter one noise looks steep."""
-ARM_SETTLES_S = 0.3
-"""Time after a change of the arm's speed, next to the fingers' answer time, in which loads do not count, s; chosen."""
+LOAD_SETTLES_S = 0.3
+"""Time after a change of the arm's speed or a slide, next to the fingers' answer time, in which loads do not count, s;
+chosen."""
 RELATIVE_LOAD_NOISE = 0.03
 """Relative noise of a load from frame to frame; chosen. A rise within the window counts where it is greater than this
 and `RISE_NOISE_N` together."""
@@ -45,10 +46,12 @@ class RisingLoad:
         self._carried = 0.0
         self._arm_m_s, self._accelerated_ns = 0.0, -nanoseconds(1.0)
 
-    def forget(self) -> None:
-        """Start again: the object stands on something, or it has slipped."""
+    def forget(self, slid_ns: int | None = None) -> None:
+        """Start again: the object stands on something, or it has slid until `slid_ns`. Loads just after a slide show
+        how the object is braked, and do not count."""
         self._loads.clear()
         self._carried = 0.0
+        self._accelerated_ns = self._accelerated_ns if slid_ns is None else slid_ns
 
     def required_m(self, t_ns: int, load_n: float, squeeze_m: float, answer_s: float, arm_m_s: float = 0.0) -> float:
         """Return the squeeze (m) for the load at the time of the fingers' answer; 0 if the load is not known to rise.
@@ -57,7 +60,7 @@ class RisingLoad:
         """
         if arm_m_s != self._arm_m_s:
             self._arm_m_s, self._accelerated_ns = arm_m_s, t_ns
-        if t_ns - self._accelerated_ns <= nanoseconds(ARM_SETTLES_S + answer_s):
+        if t_ns - self._accelerated_ns <= nanoseconds(LOAD_SETTLES_S + answer_s):
             return 0.0
         self._loads.append((t_ns, load_n))
         while self._loads[0][0] < t_ns - nanoseconds(RISE_WINDOW_S):

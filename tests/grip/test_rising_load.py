@@ -49,6 +49,14 @@ def test_after_a_slip_nothing_is_known_to_be_carried():
     assert rising.required_m(10**10, 2.0, 1e-3, 0.1) == 0.0
 
 
+def test_a_load_that_swings_after_a_slide_does_not_rise():
+    """A braked pipe hung at 0.2 N for a frame and at 2 N in the next; the fingers closed from 4 to 24 mm."""
+    rising, _ = fed([1.8] * 30)
+    rising.forget(30 * FRAME_NS)
+    swings = [0.2, 2.1, 1.9, 1.6, *[1.8] * 20]
+    assert {rising.required_m((31 + i) * FRAME_NS, load_n, 1e-3, 0.1) for i, load_n in enumerate(swings)} == {0.0}
+
+
 def test_a_single_noisy_frame_is_bounded():
     _, required = fed([1.0] * 25 + [1.3, 1.0, 1.0])
     assert required[-2:] == [0.0, 0.0]
