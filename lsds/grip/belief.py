@@ -14,7 +14,7 @@ Equations and figures: `docs/grip.md`. Parameters: `[grip]` (`lsds.grip.options`
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -61,6 +61,25 @@ FORGET_S = 2.0
 """Time in which the greatest ratio decays by a factor of e, s; chosen."""
 SPREAD_S = 0.1
 """Time whose drift is applied at once, s; chosen, because one application costs a third of an update."""
+
+
+class _Round(NamedTuple):
+    """A round as both hypotheses see it.
+
+    `ln_f`, `ln_g` and `ln_pull`: ln of the load (N), of squeeze^p (mm^p), and of their ratio if it may have broken an
+    object away. `stands`: everything may stop; `changed`: the squeeze has changed. `loading` is the share of sticking
+    objects whose load is below W, and `density` that of their load; `faint`: the load is less than the given one.
+    """
+
+    ln_f: float
+    ln_g: float
+    ln_pull: float
+    dt_s: float
+    stands: bool
+    changed: bool
+    loading: float
+    density: float
+    faint: bool
 
 
 class GripBelief:
@@ -147,64 +166,43 @@ class GripBelief:
         stands = stands or (faint and not moved_mm > 0)
         moving = LOADING_STEADY if rate <= STEADY_1_S and not faint else LOADING_RISING
         loading = 1 - self.options.unseen if stands else moving
+        ln_pull = -math.inf if faint and stands else ln_f - ln_g
         advance = self._advance_compiled if self._compiled else self._advance
-        begun = advance(ln_f, ln_g, dt_s, stands, changed, (loading, density), faint=faint)
+        begun = advance(_Round(ln_f, ln_g, ln_pull, dt_s, stands, changed, loading, density, faint))
         self._weigh(evidence, slid, begun)
 
-    def _advance(
-        self,
-        ln_f: float,
-        ln_g: float,
-        dt_s: float,
-        stands: bool,
-        changed: bool,
-        being_loaded: tuple[float, float],
-        *,
-        faint: bool,
-    ) -> float:
-        """Advance both hypotheses by a round; return how much began to slide.
-
-        `being_loaded`: the share of sticking objects whose load is below W, and the density of their load.
-        """
-        noise, (loading, density) = self.options.noise, being_loaded
-        begun = self._drift(dt_s, changed) + self._break_away(_pull(ln_f - ln_g, stands, faint), dt_s)
-        self._stop(ln_g, dt_s, stands)
-        likely = _chance_below if faint else _normal
-        below = 1.0 if faint else (self._ln_w > ln_f) * density
-        self.stick *= ((1 - loading) * likely(ln_f - self._ln_w, noise) + loading * below + _OUTLIER)[:, None]
-        sliding = likely(ln_f - (self._ln_r + ln_g - self._ln_kinetic), SLIDING_NOISE * noise) + _OUTLIER
+    def _advance(self, now: _Round) -> float:
+        """Advance both hypotheses by a round; return how much began to slide."""
+        noise, ln_f = self.options.noise, now.ln_f
+        begun = self._drift(now.dt_s, now.changed) + self._break_away(now.ln_pull, now.dt_s)
+        self._stop(now.ln_g, now.dt_s, now.stands)
+        likely = _chance_below if now.faint else _normal
+        below = 1.0 if now.faint else (self._ln_w > ln_f) * now.density
+        hang = likely(ln_f - self._ln_w, noise)
+        self.stick *= ((1 - now.loading) * hang + now.loading * below + _OUTLIER)[:, None]
+        sliding = likely(ln_f - (self._ln_r + now.ln_g - self._ln_kinetic), SLIDING_NOISE * noise) + _OUTLIER
         # An object keeps sliding only if it weighs more than friction carries; otherwise it is about to stop.
         heavy = _STOPPING + (1 - _STOPPING) * _below((self._ln_w - ln_f) / (SLIDING_NOISE * noise))
         self.slide *= heavy[:, None] * sliding[None, :]
         return begun
 
-    def _advance_compiled(
-        self,
-        ln_f: float,
-        ln_g: float,
-        dt_s: float,
-        stands: bool,
-        changed: bool,
-        being_loaded: tuple[float, float],
-        *,
-        faint: bool,
-    ) -> float:
+    def _advance_compiled(self, now: _Round) -> float:
         """Return the same as `_advance`, by compiled functions."""
         from lsds.grip.compiled_belief import advance
 
-        self._walk(dt_s, changed)
-        before, grows = self._raise_greatest(_pull(ln_f - ln_g, stands, faint), dt_s)
+        self._walk(now.dt_s, now.changed)
+        before, grows = self._raise_greatest(now.ln_pull, now.dt_s)
         noise = self.options.noise
         begun: float = advance(
             self.stick,
             self.slide,
             (self._ln_w, self._ln_r, self._ln_need, self._prior_w, self._prior_r),
-            self.options.jumps_hz * dt_s,
-            (before, ln_f - ln_g, BREAKING_NOISE * noise if grows else 0.0),
-            (self._answered(dt_s), ln_g - self._ln_kinetic, 0.0 if stands else BREAKING_NOISE * noise),
-            (ln_f, noise, SLIDING_NOISE * noise, *being_loaded),
+            self.options.jumps_hz * now.dt_s,
+            (before, now.ln_pull, BREAKING_NOISE * noise if grows else 0.0),
+            (self._answered(now.dt_s), now.ln_g - self._ln_kinetic, 0.0 if now.stands else BREAKING_NOISE * noise),
+            (now.ln_f, noise, SLIDING_NOISE * noise, now.loading, now.density),
             (_OUTLIER, _STOPPING),
-            faint,
+            now.faint,
         )
         return begun
 
@@ -437,11 +435,6 @@ _OUTLIER = 0.002
 """Density of a load that no hypothesis explains, so that one wrong frame excludes nothing; chosen."""
 _STOPPING = 0.1
 """Weight of slides of objects that friction would carry: those that are about to stop; chosen."""
-
-
-def _pull(ln_ratio: float, stands: bool, faint: bool) -> float:
-    """Return the ratio of load to squeeze^p (ln) that may have broken an object away: none while nothing pulls."""
-    return -math.inf if faint and stands else ln_ratio
 
 
 def _normal(x: Floats, std: float) -> Floats:

@@ -46,12 +46,12 @@ class RisingLoad:
         self._carried = 0.0
         self._arm_m_s, self._accelerated_ns = 0.0, -nanoseconds(1.0)
 
-    def forget(self, slid_ns: int | None = None) -> None:
-        """Start again: the object stands on something, or it has slid until `slid_ns`. Loads just after a slide show
-        how the object is braked, and do not count."""
+    def forget(self, until_ns: int | None = None) -> None:
+        """Start again: the object stands on something, or slides, until `until_ns`. Loads just after that show how
+        it is taken up or braked, and do not count."""
         self._loads.clear()
         self._carried = 0.0
-        self._accelerated_ns = self._accelerated_ns if slid_ns is None else slid_ns
+        self._accelerated_ns = self._accelerated_ns if until_ns is None else until_ns
 
     def required_m(self, t_ns: int, load_n: float, squeeze_m: float, answer_s: float, arm_m_s: float = 0.0) -> float:
         """Return the squeeze (m) for the load at the time of the fingers' answer; 0 if the load is not known to rise.

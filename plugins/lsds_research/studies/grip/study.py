@@ -79,7 +79,8 @@ class GripStudy:
         else:
             planned = _with_variants(_planned(options, self._seed), texts)
             found, failures = run_and_store(lift, planned, options.out, options.jobs, options.cluster, tick)
-        rows = _holdable(found) if options.random else [*found.values()]
+        # Of random objects, the lifts with a firm grip only decide which ones count.
+        rows = [row for row in found.values() if not options.random or row["controller"] != OFF]
         if not rows and not failures:
             raise DataError(f"a firm grip holds none of these {options.random} objects: draw more")
         if not rows:
@@ -173,12 +174,6 @@ def _with_variants(planned: list[Lift], texts: Sequence[str]) -> list[Lift]:
     """Return the lifts, and after them those of the controllers again with each override."""
     plain = [what for what in planned if what.controller != OFF]
     return [*planned, *(what for text in texts for what in sensitivity.varied(plain, text))]
-
-
-def _holdable(found: Mapping[str, Row]) -> list[Row]:
-    """Return the lifts by controllers of those objects that a firm grip has held."""
-    held = {row["object"] for row in found.values() if row["controller"] == OFF and row["held"]}
-    return [row for row in found.values() if row["controller"] != OFF and row["object"] in held]
 
 
 def _within_validity(found: Mapping[str, Row], rows: Sequence[Row], options: GripOptions) -> list[str]:
