@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 import socket
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lsds.clock import nanoseconds, perf_ns
+from lsds.clock import WallClock, nanoseconds
 from lsds.contracts import Cycle
 from lsds.contracts.events import FramesRead, JobStepped, TruthKnown
 from lsds.errors import DataError
@@ -100,12 +99,13 @@ class RerunView:
             self._stream.spawn(default_blueprint=blueprint)
         except RuntimeError as error:
             raise DataError(f"view: Rerun's viewer cannot be started: {one_line(error)} ({remedy})") from error
-        until_ns = perf_ns() + nanoseconds(CONNECT_S)
+        clock = WallClock()
+        until_ns = clock.now() + nanoseconds(CONNECT_S)
         while not _listens(VIEWER_PORT):
-            if perf_ns() > until_ns:
+            if clock.now() > until_ns:
                 self._stream.disconnect()
                 raise DataError(f"view: Rerun's viewer has not started (no display?); {remedy}")
-            time.sleep(CONNECT_S / 20)
+            clock.sleep_until(clock.now() + nanoseconds(CONNECT_S / 20))
 
     def _at(self, now_ns: int) -> None:
         self._stream.set_time(TIMELINE, duration=np.timedelta64(now_ns, "ns"))
