@@ -20,6 +20,10 @@ def _unknown_m(risk: float, margin: float, load_n: float, braking: float) -> flo
     return math.nan
 
 
+PROBABLY = 0.5
+"""Probability of a slide above which an object counts as sliding."""
+
+
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
 class GripEstimate:
     """The grip at the time of a frame. Metres, newtons and seconds; NaN where something is not known.
@@ -72,6 +76,11 @@ class GripEstimate:
     slip_m_s: float = math.nan
     required_m: Callable[[float, float, float, float], float] = _unknown_m
     complete: bool = False
+
+    @property
+    def sliding(self) -> bool:
+        """Whether the object probably slides: what figures, pictures and jobs call slip."""
+        return self.slips > PROBABLY
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -22,8 +22,6 @@ LOAD_STEADY_SHARE = 0.06
 """Maximum range of a steady load in that time, as a share of the load; chosen."""
 LOAD_NOISE_N = 0.02
 """Noise of the load that is added to that range, N; chosen."""
-PROBABLY = 0.5
-"""Probability of a slide above which the object is not lifted faster for `LOAD_STEADY_S`; chosen."""
 MAYBE = 0.25
 """Probability of a slide above which the load does not count as that of a hanging object; chosen."""
 
@@ -60,7 +58,7 @@ class TakeUp:
         if now.cycle is None or now.cycle.t_ns == self._seen_ns:
             return
         self._seen_ns, grip = now.cycle.t_ns, now.cycle.grip
-        if grip.slips > PROBABLY:
+        if grip.sliding:
             self._slipped_ns = now.t_ns
         if not math.isfinite(grip.load_n) or grip.slips > MAYBE:
             self._loads.clear()

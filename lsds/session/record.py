@@ -10,6 +10,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from lsds.contracts.grip import PROBABLY
+
 if TYPE_CHECKING:
     from lsds.contracts import Cycle
     from lsds.session.truth_log import TruthLog
@@ -42,6 +44,11 @@ class Sample:
     limit_n: float = math.nan
     limit_std_n: float = math.nan
     slip_probability: float = math.nan
+
+    @property
+    def called_slip(self) -> bool | None:
+        """Whether the belief calls the frame slip; the detector's answer if nothing is believed."""
+        return self.slip if math.isnan(self.slip_probability) else self.slip_probability > PROBABLY
 
 
 class RunRecord:

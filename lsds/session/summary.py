@@ -205,10 +205,10 @@ def _zero_mae(acting: Sequence[Sample]) -> float | None:
 
 
 def _detection(acting: Sequence[Sample], begun_ns: int | None, slip: Slip | None) -> dict[str, Any]:
-    """Frames by true slip and by detected slip; abstentions count as neither.
+    """Frames by true slip and by the detector's answer; abstentions count as neither.
 
-    `onset_delay_s` is from the true onset to the first alarm after it, camera and computing included; alarms of the
-    lift before the onset are `early_alarms`.
+    An alarm is a frame that the belief calls slip. `onset_delay_s` is from the true onset to the first alarm after it,
+    camera and computing included; alarms of the lift before the onset are `early_alarms`.
     """
     counts = {"true_positive": 0, "false_positive": 0, "true_negative": 0, "false_negative": 0, "abstained": 0}
     for sample in acting:
@@ -221,22 +221,23 @@ def _detection(acting: Sequence[Sample], begun_ns: int | None, slip: Slip | None
         else:
             counts[f"{'true' if decided == slips else 'false'}_{'positive' if decided else 'negative'}"] += 1
     if begun_ns is None or slip is None or slip.onset_s is None:
-        return {**counts, "onset_delay_s": None, "early_alarms": sum(s.slip is True for s in acting)}
+        return {**counts, "onset_delay_s": None, "early_alarms": sum(s.called_slip is True for s in acting)}
     onset_ns = begun_ns + nanoseconds(slip.onset_s)
-    alarms = [sample.t_ns for sample in acting if sample.slip]
+    alarms = [sample.t_ns for sample in acting if sample.called_slip]
     after = [t_ns for t_ns in alarms if t_ns >= onset_ns]
     delay = seconds(after[0] - onset_ns) if after else None
     return {**counts, "onset_delay_s": delay, "early_alarms": len(alarms) - len(after)}
 
 
 def _called_slip(samples: Sequence[Sample], truths: Sequence[CellTruth]) -> dict[str, Any] | None:
-    """Frames that the detector called slip, of those it answered, since the job first lifted or corrected; all frames
-    where it did neither. `slipped_m` is how far the object truly slipped meanwhile. None without frames."""
+    """Frames that the belief called slip, of those in which it or the detector answered, since the job first lifted or
+    corrected; all frames where it did neither. `slipped_m` is how far the object truly slipped meanwhile. None without
+    frames."""
     begun = next((at for at, sample in enumerate(samples) if sample.rising or sample.acting), 0)
     since = samples[begun:]
     if not since:
         return None
-    decided = [sample.slip for sample in since if sample.slip is not None]
+    decided = [sample.called_slip for sample in since if sample.called_slip is not None]
     distances = [truth.slip_distance_m for truth in truths if truth.t_ns >= since[0].t_ns]
     return {
         "slip": sum(decided),

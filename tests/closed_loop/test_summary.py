@@ -65,3 +65,20 @@ def test_frames_called_slip_are_counted_since_the_lift_of_those_answered():
     still = [replace(each, acting=False, rising=False) for each in samples]
     assert _called_slip(still, []) == {"slip": 2, "answered": 4, "lifted": False, "slipped_m": None}
     assert _called_slip([], []) is None
+
+
+def test_an_alarm_is_a_frame_that_the_belief_calls_slip():
+    """The belief notices slides of which the detector is not sure; where nothing is believed, the detector decides."""
+    samples = [
+        sample(0, detected=False),
+        replace(sample(1, detected=True), slip_probability=0.1),
+        replace(sample(2, detected=False, true=0.02), slip_probability=0.4),
+        replace(sample(3, detected=False, true=0.02), slip_probability=0.9),
+        replace(sample(4, detected=None, true=0.02), slip_probability=0.8),
+        sample(5, detected=True, true=0.02),
+    ]
+    counts = _detection(samples, samples[0].t_ns, Slip(0.001, 0.08, None, 0.02))
+    assert (counts["onset_delay_s"], counts["early_alarms"]) == (pytest.approx(0.04), 0)
+    assert (counts["true_positive"], counts["false_negative"], counts["abstained"]) == (1, 2, 1)
+    called = _called_slip(samples, [])
+    assert (called["slip"], called["answered"]) == (3, 6)

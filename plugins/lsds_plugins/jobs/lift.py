@@ -10,7 +10,7 @@ from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, Setting, Situation, Twist, Wanted
 from lsds.jobs.grasp import GRASP_STAGES, begin_grasp
 from lsds.jobs.probe import PROBE_LIFT_M_S, Probe
-from lsds.jobs.take_up import PROBABLY, TakeUp
+from lsds.jobs.take_up import TakeUp
 
 MOST_WAIT_S = 3.0
 """Maximum total time that the arm waits for the fingers, s; chosen: a controller need not hold the object, but a run
@@ -127,4 +127,4 @@ class _Lift:
 
 def _slips(now: Situation) -> bool:
     """Return whether the object probably slides, so that the arm should wait for the fingers."""
-    return now.cycle is not None and now.cycle.grip.slips > PROBABLY
+    return now.cycle is not None and now.cycle.grip.sliding
