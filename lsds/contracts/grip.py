@@ -22,6 +22,8 @@ def _unknown_m(risk: float, margin: float, load_n: float, braking: float) -> flo
 
 PROBABLY = 0.5
 """Probability of a slide above which an object counts as sliding."""
+MAYBE = 0.25
+"""Probability of a slide up to which an object counts as held; chosen."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
@@ -81,6 +83,11 @@ class GripEstimate:
     def sliding(self) -> bool:
         """Whether the object probably slides: what figures, pictures and jobs call slip."""
         return self.slips > PROBABLY
+
+    @property
+    def may_slide(self) -> bool:
+        """Whether the object does not count as held."""
+        return self.slips > MAYBE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -59,6 +59,10 @@ STEADY_1_S = 0.3
 """Maximum relative rise per second of a steady load; chosen."""
 FORGET_S = 2.0
 """Time in which the greatest ratio decays by a factor of e, s; chosen."""
+WALKED_SHARE = 0.25
+"""Maximum share of a cell that one step of the random walk moves to each neighbour."""
+WALK_STEPS = 50
+"""Maximum number of such steps at once, so that a long gap takes no long time; chosen."""
 SPREAD_S = 0.1
 """Time whose drift is applied at once, s; chosen, because one application costs a third of an update."""
 
@@ -106,6 +110,7 @@ class GripBelief:
 
     def reset(self) -> None:
         """Know nothing of the object."""
+        self.power = self.options.power
         self._ln_expected = math.log(self.options.limit)
         self._by_normal: Floats | None = None
         prior_r = self._limits(self._ln_expected, self.options.spread)
@@ -136,7 +141,7 @@ class GripBelief:
             by_r = self.stick.sum(axis=0) + self.slide.sum(axis=0)
             mean = float(by_r @ self._ln_r)
             spread = math.sqrt(max(float(by_r @ (self._ln_r - mean) ** 2), 0.0))
-        limit_n = math.exp(mean) * squeeze_mm**self.options.power
+        limit_n = math.exp(mean) * squeeze_mm**self.power
         return limit_n, limit_n * spread
 
     def update(
@@ -154,7 +159,7 @@ class GripBelief:
         log-likelihood ratio of slide against stick. `stands`: the arm waits, the object may stand on its support.
         `moved_mm`: by how much the arm has moved at most since the load before. `faint`: the load is less than
         `load_n`, and not known."""
-        ln_f, ln_g = math.log(max(load_n, LOAD_RANGE_N[0])), self.options.power * math.log(squeeze_mm)
+        ln_f, ln_g = math.log(max(load_n, LOAD_RANGE_N[0])), self.power * math.log(squeeze_mm)
         changed = not abs(squeeze_mm - self._last_s) < 0.02 * squeeze_mm
         since_s, self._unmeasured_s = dt_s + self._unmeasured_s, 0.0
         rate = (ln_f - self._last_f) / since_s if math.isfinite(self._last_f) and since_s > 0 else 0.0
@@ -197,7 +202,7 @@ class GripBelief:
             self.stick,
             self.slide,
             (self._ln_w, self._ln_r, self._ln_need, self._prior_w, self._prior_r),
-            self.options.jumps_hz * now.dt_s,
+            self._jumps(now.dt_s),
             (before, now.ln_pull, BREAKING_NOISE * noise if grows else 0.0),
             (self._answered(now.dt_s), now.ln_g - self._ln_kinetic, 0.0 if now.stands else BREAKING_NOISE * noise),
             (now.ln_f, noise, SLIDING_NOISE * noise, now.loading, now.density),
@@ -213,7 +218,15 @@ class GripBelief:
         """
         if not (math.isfinite(before_mm) and math.isfinite(now_mm)):
             return
-        ln_shift = self.options.power * math.log(before_mm / now_mm)
+        self._shift_limits(self.power * math.log(before_mm / now_mm))
+
+    def know_power(self, power: float, squeeze_mm: float) -> None:
+        """Let the friction limit grow with another power of the squeeze from now on. That at `squeeze_mm` stays."""
+        self._shift_limits((self.power - power) * math.log(squeeze_mm))
+        self.power = power
+
+    def _shift_limits(self, ln_shift: float) -> None:
+        """Add to the logarithm of each friction limit r, of what is expected of them, and of the greatest ratio."""
         at = np.arange(len(self._ln_r)) + ln_shift / GRID_STEP
         first = np.floor(at).astype(np.int64)
         part = at - first
@@ -238,7 +251,7 @@ class GripBelief:
 
         Friction that jumps later, as on a surface that gets wet, is about `WET_SHARE` of that.
         """
-        ln_normal = math.log(normal_n) - self.options.power * math.log(squeeze_mm)
+        ln_normal = math.log(normal_n) - self.power * math.log(squeeze_mm)
         before = self._limits(self._ln_expected, self.options.spread)
 
         def expected(share: float) -> Floats:
@@ -281,7 +294,7 @@ class GripBelief:
         if known:
             self._last_s = squeeze_mm
             if math.isfinite(self._last_f):
-                self._stop(self.options.power * math.log(squeeze_mm), dt_s, stands)
+                self._stop(self.power * math.log(squeeze_mm), dt_s, stands)
         self._weigh(evidence, slid, begun)
 
     def squeeze_mm(self, risk: float, margin: float, ahead_n: float, braking: float = 1.0) -> float:
@@ -298,14 +311,14 @@ class GripBelief:
         else:
             step = self._need_of(cap, shift, risk)
         ln_need = self._ln_need[0] + GRID_STEP * step + math.log(margin)
-        return math.exp(ln_need / self.options.power)
+        return math.exp(ln_need / self.power)
 
     def _need_of(self, cap: int, shift: int, risk: float) -> float:
         """Return the step of ln (W / r) that is exceeded with a probability of `risk`, between two steps linearly."""
         beyond = np.cumsum(self._needs_of(cap, shift)[::-1])[::-1]
         at = min(int(np.searchsorted(-beyond, -risk)), len(beyond) - 1)
         upper = beyond[at - 1] if at else 1.0
-        return float(at - 1 + (upper - risk) / max(upper - beyond[at], 1e-12))
+        return float(at - 1 + min((upper - risk) / max(upper - beyond[at], 1e-12), 1.0))
 
     def _needs_of(self, cap: int, shift: int) -> Floats:
         """Return the mass by ln (W / r): of what sticks with loads up to `cap`, and of what slides, `shift` above."""
@@ -315,7 +328,10 @@ class GripBelief:
         at_cap = self._needs[below - len(self._ln_r) : below]
         mass[at_cap] += self.stick[cap + 1 :].sum(axis=0)
         sliding = np.bincount(self._needs, self.slide.ravel(), len(self._ln_need))
+        # The greatest needs may be beyond the grid: they count as the greatest on it.
+        shift = min(shift, len(mass) - 1)
         mass[shift:] += sliding[: len(mass) - shift]
+        mass[-1] += sliding[len(mass) - shift :].sum()
         return mass
 
     def _loading(self, load_n: float, before_n: float, moved_mm: float) -> float:
@@ -353,11 +369,15 @@ class GripBelief:
         """Let load and limit drift and jump; return what has begun to slide."""
         self._walk(dt_s, changed)
         by_w, by_r = self.stick.sum(axis=1), self.stick.sum(axis=0)
-        jumps = self.options.jumps_hz * dt_s
+        jumps = self._jumps(dt_s)
         self.stick *= 1 - 2 * jumps
         jumped = jumps * np.stack([self._prior_w, by_w], axis=1)
         self.slide += jumped @ np.stack([by_r, self._prior_r])
         return 2 * jumps * float(by_w.sum())
+
+    def _jumps(self, dt_s: float) -> float:
+        """Return the probability that the load, or the limit, jumps within a time."""
+        return min(self.options.jumps_hz * dt_s, 0.5)
 
     def _walk(self, dt_s: float, changed: bool) -> None:
         """Let load and limit drift."""
@@ -373,20 +393,25 @@ class GripBelief:
 
     def _walked(self, mass: Floats, drift_s: float, axis: int) -> Floats:
         """Return the mass after a random walk of that duration along an axis."""
-        share = min(0.5 * drift_s * (self.options.drift / GRID_STEP) ** 2, 0.25)
-        if self._compiled:
-            from lsds.grip.compiled_belief import walk
+        share = 0.5 * drift_s * (self.options.drift / GRID_STEP) ** 2
+        # A step to the next cell at most: a greater variance takes several.
+        steps = min(max(1, math.ceil(share / WALKED_SHARE)), WALK_STEPS)
+        share = min(share / steps, WALKED_SHARE)
+        for _ in range(steps):
+            if self._compiled:
+                from lsds.grip.compiled_belief import walk
 
-            walk(mass, share, axis == 1)
-            return mass
-        out, step = (1 - 2 * share) * mass, share * mass
-        # The edges of the grid keep their mass.
-        to, of = (out, step) if axis == 0 else (out.T, step.T)
-        to[1:] += of[:-1]
-        to[:-1] += of[1:]
-        to[0] += of[0]
-        to[-1] += of[-1]
-        return np.asarray(out)
+                walk(mass, share, axis == 1)
+                continue
+            out, step = (1 - 2 * share) * mass, share * mass
+            # The edges of the grid keep their mass.
+            to, of = (out, step) if axis == 0 else (out.T, step.T)
+            to[1:] += of[:-1]
+            to[:-1] += of[1:]
+            to[0] += of[0]
+            to[-1] += of[-1]
+            mass = out
+        return np.asarray(mass)
 
     def _raise_greatest(self, ln_ratio: float, dt_s: float) -> tuple[float, bool]:
         """Note a ratio of load to squeeze^p (ln); return the greatest before, and whether this one exceeds it."""
@@ -401,7 +426,7 @@ class GripBelief:
             return 0.0
         std = BREAKING_NOISE * self.options.noise
         now = _below((ln_ratio - self._ln_r) / std)
-        then = _below((before - self._ln_r) / std) if math.isfinite(before) else np.zeros_like(now)
+        then = _below((before - self._ln_r) / std)
         hazard = np.clip((now - then) / np.maximum(1 - then, 1e-9), 0.0, 1.0)
         moved = self.stick * hazard
         self.slide += moved

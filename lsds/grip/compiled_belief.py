@@ -161,8 +161,11 @@ def need_of(stick: Floats, slide: Floats, cap: int, shift: int, risk: float) -> 
         for j in range(limits):
             into[j] += row[j]
         begin = loads - 1 - i - shift
-        # The greatest needs may be beyond the grid.
-        into, within = mass[max(begin, 0) :], other[min(max(-begin, 0), limits) :]
+        # The greatest needs may be beyond the grid: they count as the greatest on it.
+        beyond_grid = min(max(-begin, 0), limits)
+        for j in range(beyond_grid):
+            mass[0] += other[j]
+        into, within = mass[max(begin, 0) :], other[beyond_grid:]
         for j in range(len(within)):
             into[j] += within[j]
     at, beyond = 0, mass[0]
@@ -170,7 +173,7 @@ def need_of(stick: Floats, slide: Floats, cap: int, shift: int, risk: float) -> 
         at += 1
         beyond += mass[at]
     upper = beyond + mass[at + 1] if at < last else 1.0
-    return float(last - at - 1 + (upper - risk) / max(upper - beyond, 1e-12))
+    return float(last - at - 1 + min((upper - risk) / max(upper - beyond, 1e-12), 1.0))
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""How much a detector speaks for a slide: log-likelihood ratios, fitted on labelled simulated frames."""
+"""How much a detector speaks for a slide: log-likelihood ratios, by fits on labelled simulated frames."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ if TYPE_CHECKING:
 
 STILL_WEIGHTS = (-2.3, 7.2, 1.1)
 """Log-likelihood ratio of slide against stick while the squeeze is constant: intercept, slope over the score, and slope
-over ln(speed in mm/s + 0.3); fitted on simulated rounds (`lsds_research.studies.grip.fit_evidence`)."""
+over ln(speed in mm/s + 0.3); between two fits on simulated rounds (`lsds_research.studies.grip.fit_evidence`)."""
 CLOSING_WEIGHTS = (-1.7, 5.4, 0.2)
-"""The same after a change of the squeeze, when the gel moves by itself and evidence of slip is weaker; same fit."""
+"""The same after a change of the squeeze, when the gel moves by itself and evidence of slip is weaker; same fits."""
 MOST_EVIDENCE = 4.0
 """Maximum evidence of one round, log-likelihood ratio; chosen, so that no frame decides alone."""
 REST_SIGNALS = 0.0, math.log(0.4)
@@ -54,7 +54,7 @@ class SlipEvidence:
         is no evidence: it would turn a lasting alarm into evidence against a slide.
         """
         if detection.slip is None:
-            self._before, self._given = REST_SIGNALS, _ratio(self._still, REST_SIGNALS)
+            self._before, self._given, self._closes = REST_SIGNALS, _ratio(self._still, REST_SIGNALS), False
             return Evidence(0.0, 0.0)
         closes, closed = since_change_s < self._closing_s, self._closes
         weights = self._closing if closes else self._still

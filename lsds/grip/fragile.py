@@ -15,8 +15,6 @@ STEEPNESS = 1.3
 """Exponent of the squeeze in the normal force of a round object; chosen between 1 (flat) and 1.5 (round contacts)."""
 MEDIAN_OF_FRAMES = 5
 """Number of recent frames with a normal force by the imprint whose median stiffness counts; chosen."""
-OPENS_AFTER_FRAMES = 3
-"""Minimum number of such frames before the limit may fall below the commanded squeeze; chosen."""
 
 
 def allowed_squeeze_m(fragile_n: float, squeeze_m: float, normal_n: float) -> float:
@@ -38,12 +36,11 @@ class Bearing:
         # Of each frame with a normal force: that force over squeeze to the power of `STEEPNESS`.
         self._stiffness: deque[float] = deque(maxlen=MEDIAN_OF_FRAMES)
 
-    def allowed_m(self, fragile_n: float, squeeze_m: float, normal_n: float, commanded_m: float) -> float:
-        """Take a frame; return the greatest squeeze (m). One that is commanded is not taken back for a guess."""
+    def allowed_m(self, fragile_n: float, squeeze_m: float, normal_n: float) -> float:
+        """Take a frame; return the greatest squeeze (m)."""
         if not math.isfinite(fragile_n):
             return math.inf
         if math.isfinite(normal_n):
             self._stiffness.append(normal_n / squeeze_m**STEEPNESS)
         by_imprint_n = median(self._stiffness) * squeeze_m**STEEPNESS if self._stiffness else math.nan
-        allowed_m = allowed_squeeze_m(fragile_n, squeeze_m, by_imprint_n)
-        return allowed_m if len(self._stiffness) >= OPENS_AFTER_FRAMES else max(allowed_m, commanded_m)
+        return allowed_squeeze_m(fragile_n, squeeze_m, by_imprint_n)

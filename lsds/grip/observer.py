@@ -9,6 +9,7 @@ from statistics import median
 from typing import TYPE_CHECKING, Any
 
 from lsds.clock import nanoseconds
+from lsds.contracts.grip import MAYBE
 from lsds.grip.belief import GripBelief
 from lsds.grip.evidence import SlipEvidence
 from lsds.grip.rising_load import RisingLoad
@@ -31,6 +32,11 @@ CHANGED_SQUEEZE_M = 1e-4
 """Difference above which the squeeze has changed, m; chosen."""
 SETTLES_S = 0.1
 """Time after a change of the squeeze from which the normal force is that of the squeeze, s; chosen."""
+ROUND_M = 7e-3
+"""Half-length below which a contact ends within the pad and is round, m: spheres of 10 to 44 mm begin with 1.8 to
+6.3 mm, cylinders and edges cross the pad and have 8.8 mm or more (simulated)."""
+ROUND_ADDS = 0.3
+"""By how much the power of the squeeze is greater for a round contact."""
 FALLS_M_S = 0.04
 """Minimum speed of a slide in the air, m/s: an object of which friction carries nine tenths reaches it in 40 ms."""
 WALK_M_S = 0.14
@@ -38,8 +44,6 @@ WALK_M_S = 0.14
 estimator's variance, in 14 real recordings of development objects."""
 WALK_RAD_S = 16.0
 """Random walk of the angular slip velocity, rad/s per root of a second; from the same recordings."""
-SLIPPED = 0.25
-"""Probability of a slide above which the grip has not carried its load; chosen."""
 GRAVITY_M_S2 = 9.81
 """Acceleration of a falling object, m/s^2."""
 
@@ -64,7 +68,8 @@ class GripObserver:
         self.load, self._evidence = CarriedLoad(), SlipEvidence(self._answer_s)
         self._bridge = VelocityBridge(WALK_M_S, WALK_RAD_S)
         self._counted: dict[str, int] = {}
-        self._round_s = self._unmeasured_s = self._fastest_m_s = 0.0
+        self._unmeasured_s = self._fastest_m_s = 0.0
+        self._round_ns: int | None = None
         self._speeds: deque[tuple[int, float]] = deque()
         self._noticed_m = self._touch_m = self._squeeze_m = self._left_m = self._before_n = math.nan
         self._offset, self._offset_m = TouchOffset(self._options.power), 0.0
@@ -72,6 +77,7 @@ class GripObserver:
         self._squeezes = self._doubts = 0
         self._pressed: str | None = None
         self._normals: list[float] = []
+        self._half_lengths_m: list[float] = []
         self._believed: dict[str, Any] = {}
 
     def update(
@@ -90,7 +96,6 @@ class GripObserver:
         """
         self.load.take(seen.t_ns, seen.fingers)
         estimate, bridged = self._bridge.update(seen.estimate, seen.dt_s)
-        self._round_s += seen.dt_s if seen.dt_s > 0 else 0.0
         self._speeds.append((seen.t_ns, speed_m_s))
         # The arm may still move as fast as was wanted a while ago.
         while self._speeds[0][0] < seen.t_ns - nanoseconds(self._answer_s):
@@ -128,7 +133,7 @@ class GripObserver:
         if math.isfinite(self._touch_m):
             self._recount(self._touch_m - aperture_m, noticed_m - aperture_m)
         self._noticed_m, self._squeeze_m = noticed_m, math.nan
-        self._offset, self._offset_m = TouchOffset(self._options.power), 0.0
+        self._offset, self._offset_m = TouchOffset(self.belief.power), 0.0
 
     def _recount(self, before_m: float, now_m: float) -> None:
         """Count a squeeze (m) as another one: what is known of the limit there stays known."""
@@ -159,7 +164,8 @@ class GripObserver:
         self, seen: GripEstimate, squeeze_m: float, estimate: SlipEstimate, supported: bool, speed_m_s: float
     ) -> dict[str, Any]:
         """Feed the belief with a round; return what it says of the grip."""
-        round_s, self._round_s = self._round_s, 0.0
+        round_s = 0.0 if self._round_ns is None else (seen.t_ns - self._round_ns) * 1e-9
+        self._round_ns = seen.t_ns
         load, load_n, rate = self.load, self.load.now_n, 0.0
         arm_m_s = max(speed for _, speed in self._speeds)
         rests_s = (seen.t_ns - self._changed_ns) * 1e-9
@@ -188,7 +194,7 @@ class GripObserver:
             # Noise and creep of the gel reach that load: of a smaller one only this is known.
             faint, known_n = not load_n > LEAST_EVIDENCE_N, max(load_n, LEAST_EVIDENCE_N)
             self.belief.update(known_n, 1e3 * squeeze_m, round_s, evidence, stands, moved_mm, faint=faint)
-            if faint or supported or self.belief.slips > SLIPPED:
+            if faint or supported or self.belief.slips > MAYBE:
                 self._rising.forget(seen.t_ns)
             else:
                 rising_m = self._rising.required_m(seen.t_ns, load_n, squeeze_m, self._answer_s, speed_m_s)
@@ -215,10 +221,21 @@ class GripObserver:
         """Take the normal force of a frame; once enough have settled, the belief knows their median."""
         if not (settled and normal_n > 0):
             self._normals.clear()
+            self._half_lengths_m.clear()
             return
         self._normals.append(normal_n)
+        self._half_lengths_m.append(self.load.half_length_m)
         if len(self._normals) == MEDIAN_FRAMES:
+            if median(self._half_lengths_m) < ROUND_M:
+                self._become_round(squeeze_m)
             self.belief.know_normal(median(self._normals), 1e3 * squeeze_m)
+
+    def _become_round(self, squeeze_m: float) -> None:
+        """Let the normal force grow as that of a round contact."""
+        power = self._options.power + ROUND_ADDS
+        self.belief.know_power(power, 1e3 * squeeze_m)
+        self._offset.power = power
+        self._rising = RisingLoad(self._options, power)
 
     def _required_m(self, risk: float, margin: float, load_n: float, braking: float) -> float:
         """Return the least squeeze (m) at which `margin` times the load exceeds the friction limit with this risk."""

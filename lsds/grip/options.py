@@ -14,7 +14,10 @@ class GripOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     power: float = Field(
-        default=1.25, ge=1, le=2, description="normal force grows with this power of the squeeze (1 flat, 1.5 round)"
+        default=1.1,
+        ge=1,
+        le=2,
+        description="normal force of a long or flat contact grows with this power of the squeeze; round: 0.3 more",
     )
     kinetic: float = Field(default=1.2, ge=1, le=3, description="static over kinetic friction")
     noise: float = Field(default=0.1, gt=0, le=1, description="relative standard deviation of a measured load")

@@ -36,12 +36,15 @@ class RisingLoad:
     more. If the load rises, the grip therefore has to grow with it: the ratio of load to squeeze^power stays at most
     what it was before the rise. It need not grow beyond the squeeze with which the weakest objects carry the load: a
     light object in a firm grip has shown little, and may bear much.
+
+    `power` is that of the squeeze, by default the options'.
     """
 
-    def __init__(self, options: GripOptions) -> None:
-        self._power = options.power
+    def __init__(self, options: GripOptions, power: float | None = None) -> None:
+        power = options.power if power is None else power
+        self._power = power
         # N/mm^power is 1e3^power N/m^power.
-        self._weakest = options.limit * math.exp(-WEAKEST_STDS * options.spread) * 1e3**options.power
+        self._weakest = options.limit * math.exp(-WEAKEST_STDS * options.spread) * 1e3**power
         self._loads: deque[tuple[int, float]] = deque()
         self._carried = 0.0
         self._arm_m_s, self._accelerated_ns = 0.0, -nanoseconds(1.0)

@@ -22,8 +22,6 @@ LOAD_STEADY_SHARE = 0.06
 """Maximum range of a steady load in that time, as a share of the load; chosen."""
 LOAD_NOISE_N = 0.02
 """Noise of the load that is added to that range, N; chosen."""
-MAYBE = 0.25
-"""Probability of a slide above which the load does not count as that of a hanging object; chosen."""
 
 
 class TakeUp:
@@ -37,6 +35,10 @@ class TakeUp:
         self.has_load = False
         self._loads: deque[tuple[int, float]] = deque()
         self._seen_ns = self._slipped_ns = -1
+
+    def wait(self, ns: int) -> None:
+        """Leave out a time in which the arm waited."""
+        self._start_ns += ns
 
     def step(self, now: Situation) -> bool:
         """Return whether it is over."""
@@ -60,7 +62,7 @@ class TakeUp:
         self._seen_ns, grip = now.cycle.t_ns, now.cycle.grip
         if grip.sliding:
             self._slipped_ns = now.t_ns
-        if not math.isfinite(grip.load_n) or grip.slips > MAYBE:
+        if not math.isfinite(grip.load_n) or grip.may_slide:
             self._loads.clear()
             return
         self._loads.append((now.cycle.t_ns, grip.load_n))

@@ -53,8 +53,6 @@ B = TypeVar("B")
 POLLS_PER_FRAME = 8
 EVENTS = 1024
 """Number of events that may wait for a recorder: some seconds, in which a disk may be busy."""
-SLIP_STAGE_PROBABILITY = 0.5
-"""Minimum probability of a slide at which the run enters its stage `slip`; chosen."""
 #: A time that no run reaches, ns: 146 years.
 _FOREVER_NS = 2**62
 
@@ -294,7 +292,7 @@ class Engine:
                 speed_m_s=_speed_m_s(self._wanted.twist),
                 touch_std_m=self._wanted.touch_std_m,
             )
-        if acting and grip.slips > SLIP_STAGE_PROBABILITY:
+        if acting and grip.sliding:
             self._rig.stages.enter(SLIP, now_ns)
         command = None
         if acting and self._controls and state is not None:

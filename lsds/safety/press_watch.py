@@ -43,8 +43,6 @@ LEAST_PLAY_M = 1e-4
 SHORT_REACH_M = 6e-3
 """Half-length of a contact along the load, m, below which a slide is not judged: one that slips along the pad
 loses its normal force whatever the fingers do. Pipes and edges reach 8.7 mm, spheres and corners 3 to 5 (simulated)."""
-MAY_SLIDE = 0.25
-"""Probability of a slide from which on a short contact may slip; chosen."""
 
 
 class _Seen(NamedTuple):
@@ -82,7 +80,7 @@ class PressWatch:
         that was noticed late makes it look smaller than it is, and its growth greater: it counts with NOISE_STDS times
         the standard deviation `touch_std_m` of the touch added.
         """
-        if grip.slips > MAY_SLIDE and grip.reach_m < SHORT_REACH_M:
+        if grip.may_slide and grip.reach_m < SHORT_REACH_M:
             self.reset()
         else:
             self.take(grip.t_ns, squeeze_m + NOISE_STDS * touch_std_m, grip.normal_n)

@@ -1,11 +1,6 @@
 """The load that a grip carries since it began: the mean over the fingers, in N.
 
 Force and torque are combined into one equivalent force (`lsds.tactile.contact_load`).
-
-The reach of a contact says how far a round object can slip along the load before it leaves its contact. An object that
-slips carries its contact along. Between flat or straight surfaces the contact stays as large as it is. A sphere that
-slips by the radius of its contact lies next to its dent, and the fingers squeeze it out, whatever their force. So slip
-is measured against the half-length of the contact in the direction of the load.
 """
 
 from __future__ import annotations
@@ -16,20 +11,17 @@ from collections.abc import Sequence
 from statistics import fmean, median
 from typing import TYPE_CHECKING
 
-import cv2
-import numpy as np
-
 from lsds.clock import nanoseconds
 from lsds.tactile.contact_load import pull_of
+from lsds.tactile.contact_size import half_length_of, reach_of
 
 if TYPE_CHECKING:
-    from lsds.contracts import ContactLoad, ContactPatch, FingerCycle
-    from lsds.contracts.values import Vector2
+    from lsds.contracts import ContactLoad, FingerCycle
 
 REMEMBERED_S = 1.0
 """Time over which the maximum load is kept, s: a braking arm reduces the load only briefly."""
 ZERO_S = 0.3
-"""Latest first frame of a finger after the first finger's, s. A later finger may already be loaded: it has no zero."""
+"""Latest first load of a finger after the grip began, s. A later one may be that of a loaded finger: it has no zero."""
 LEAST_EVIDENCE_N = 0.03
 """Minimum load that is evidence of friction, N: noise and creep of the gel reach this value."""
 MEDIAN_FRAMES = 3
@@ -43,25 +35,29 @@ class CarriedLoad:
     """`now_n` is the newest load per finger, `greatest_n` the maximum of the last `REMEMBERED_S`, of medians that
     suppress single frames; N, NaN if unknown.
 
-    `reach_m` is the least reach of a finger's contact along its load (`reach_of`), NaN if unknown.
+    `reach_m` is the least reach of a finger's contact along its load, and `half_length_m` the greatest of one in its
+    longest direction (`lsds.tactile.contact_size`), NaN if unknown.
     `stale` is true if some finger measures no load now, so that its last one is used, and `fresh` if some finger does
     measure one. `normals_n` are the normal forces by finger and `normal_n` is the greatest, NaN if they are empty. An
     estimate that could not carry the load is left out, as that of a bump of a smooth face; `doubted` is true then.
     """
 
     def __init__(self) -> None:
-        self.now_n = self.greatest_n = self.normal_n = self.reach_m = math.nan
+        self.now_n = self.greatest_n = self.normal_n = math.nan
+        self.reach_m = self.half_length_m = math.nan
         self.stale = self.fresh = self.doubted = False
         self.normals_n: dict[str, float] = {}
         self._began_ns: int | None = None
         self._zero: dict[str, ContactLoad] = {}
         self._reach_m: dict[str, float] = {}
+        self._half_length_m: dict[str, float] = {}
         self._last: dict[str, deque[float]] = {}
         self._seen_ns: dict[str, int] = {}
         self._loads: deque[tuple[int, float]] = deque()
 
     def take(self, t_ns: int, fingers: Sequence[FingerCycle]) -> None:
         """Take the fingers' observations at a time. Repeated frames are ignored."""
+        self._began_ns = t_ns if self._began_ns is None else self._began_ns
         measured = set()
         normals: dict[str, float] = {}
         for finger in fingers:
@@ -74,6 +70,7 @@ class CarriedLoad:
                 self._seen_ns[finger.finger] = finger.observation.t_ns
                 self._take(finger, load, t_ns)
         self.reach_m = min(filter(math.isfinite, self._reach_m.values()), default=math.nan)
+        self.half_length_m = max(filter(math.isfinite, self._half_length_m.values()), default=math.nan)
         known = {name: normal_n for name, normal_n in normals.items() if 0 < normal_n < math.inf}
         self.normals_n = {
             name: normal_n
@@ -99,28 +96,12 @@ class CarriedLoad:
 
     def _take(self, finger: FingerCycle, load: ContactLoad, t_ns: int) -> None:
         name = finger.finger
-        self._began_ns = t_ns if self._began_ns is None else self._began_ns
         if name not in self._zero:
-            if t_ns - self._began_ns > nanoseconds(ZERO_S):
+            if self._began_ns is not None and t_ns - self._began_ns > nanoseconds(ZERO_S):
                 return
             self._zero[name] = load
         carried = load.since(self._zero[name])
         self._last.setdefault(name, deque(maxlen=MEDIAN_FRAMES)).append(pull_of(carried))
-        self._reach_m[name] = reach_of(finger.observation.contact, carried.shear_n)
-
-
-def reach_of(contact: ContactPatch | None, along: Vector2) -> float:
-    """Return the half-length (m) of a contact along a direction: twice the RMS distance of its pixels from their mean.
-
-    This is the radius of a disc. NaN without contact, without a direction, or if the size of a pixel is not known.
-    """
-    length = math.hypot(*along)
-    if contact is None or not length > 0:
-        return math.nan
-    pressed = (contact.depth_m > contact.threshold_m).view(np.uint8)
-    moments = cv2.moments(pressed)
-    if not moments["m00"]:
-        return math.nan
-    x, y = along[0] / length, along[1] / length
-    about_mean = x * x * moments["mu20"] + 2 * x * y * moments["mu11"] + y * y * moments["mu02"]
-    return 2 * contact.pitch_m * math.sqrt(max(about_mean, 0.0) / moments["m00"])
+        contact = finger.observation.contact
+        self._reach_m[name] = reach_of(contact, carried.shear_n)
+        self._half_length_m[name] = half_length_of(contact)

@@ -34,7 +34,7 @@ MOST_MISFIT = 4.5
 """Maximum misfit of one squeeze, so that a wrong force does not decide: that of three standard deviations; chosen."""
 MEAN_MISFIT = 0.5
 """Maximum mean misfit of the squeezes at which the power law holds: the expected one. Beyond it, as for foam or for
-fingers that do not move, the touch is left as it is."""
+fingers that do not move, the offset stays as it is."""
 SAME_M = 5e-5
 """Difference up to which two frames show the same squeeze, m; chosen."""
 LEAST_FRAMES = 2
@@ -48,17 +48,17 @@ LEAST_BEYOND_M = 5e-5
 
 
 class TouchOffset:
-    """Estimates the offset of one grip; `expected_m` is the most probable one (m), positive for an early touch.
+    """Estimates the offset of one grip; `offset_m` is the most probable one (m), positive for an early touch.
 
     `power`: exponent by which the normal force grows with the squeeze.
     """
 
     def __init__(self, power: float) -> None:
-        self._power = power
+        self.power = power
         self._offsets = np.arange(-MOST_M, MOST_M + STEP_M / 2, STEP_M)
         # Of each squeeze so far: the squeeze (m), the mean logarithm of its normal force, and the number of frames.
         self._levels: list[tuple[float, float, int]] = []
-        self.expected_m = 0.0
+        self.offset_m = 0.0
 
     def take(self, squeeze_m: float, normal_n: float, touch_std_m: float) -> float:
         """Take a frame's squeeze (m) and normal force (N); return the most probable offset (m).
@@ -67,19 +67,19 @@ class TouchOffset:
         a normal force count nothing, nor do those of a squeeze that has shown `ENOUGH_FRAMES`.
         """
         if not (math.isfinite(squeeze_m) and 0 < normal_n < math.inf):
-            return self.expected_m
+            return self.offset_m
         ln_normal = math.log(normal_n)
         near = (at for at, level in enumerate(self._levels) if abs(squeeze_m - level[0]) <= SAME_M)
         at = next(near, None)
         if at is None:
             if len(self._levels) < MOST_SQUEEZES:
                 self._levels.append((squeeze_m, ln_normal, 1))
-            return self.expected_m
+            return self.offset_m
         level_m, mean_ln, count = self._levels[at]
         if count < ENOUGH_FRAMES:
             self._levels[at] = level_m, mean_ln + (ln_normal - mean_ln) / (count + 1), count + 1
             self._estimate(max(touch_std_m, LEAST_STD_M) if touch_std_m >= 0 else MISTAKEN_STD_M)
-        return self.expected_m
+        return self.offset_m
 
     def _estimate(self, touch_std_m: float) -> None:
         levels = [level for level in self._levels if level[2] >= LEAST_FRAMES]
@@ -87,7 +87,7 @@ class TouchOffset:
             return
         squeezes, logs, _ = np.array(levels).T
         beyond = squeezes[:, None] - self._offsets
-        stiffness = logs[:, None] - self._power * np.log(np.maximum(beyond, LEAST_BEYOND_M))
+        stiffness = logs[:, None] - self.power * np.log(np.maximum(beyond, LEAST_BEYOND_M))
         misfit = 0.5 * ((stiffness - np.median(stiffness, axis=0)) / LEVEL_STD) ** 2
         # A force at a squeeze that has not reached the object is as wrong as one far from the power law.
         total = np.where(beyond < LEAST_BEYOND_M, MOST_MISFIT, np.minimum(misfit, MOST_MISFIT)).sum(axis=0)
@@ -97,7 +97,7 @@ class TouchOffset:
         at = int(np.argmin(total - np.log(prior)))
         # An offset at the end of the range is no explanation.
         if total.min() <= MEAN_MISFIT * len(levels) and 0 < at < len(total) - 1:
-            self.expected_m = float(self._offsets[at])
+            self.offset_m = float(self._offsets[at])
 
 
 def _normal(x: NDArray[np.float64], std: float) -> NDArray[np.float64]:

@@ -190,8 +190,8 @@ def test_a_supported_object_keeps_its_load_while_the_arm_waits_and_does_not_slid
     for belief, moved_mm in ((informed, 0.0), (uninformed, math.inf)):
         sliding(belief, 1.9)
         load_n = LIMIT * 1.9**OPTIONS.power / OPTIONS.kinetic
-        # The squeeze has grown by half, and the detector takes the motion of the gel for slip.
-        belief.update(load_n, 2.8, FRAME_S, both(1.0), True, moved_mm)
+        # The squeeze has grown by two thirds, and the detector takes the motion of the gel for slip.
+        belief.update(load_n, 3.1, FRAME_S, both(1.0), True, moved_mm)
     assert informed.slips < 0.1
     assert informed.slips < uninformed.slips
 
@@ -460,3 +460,65 @@ def test_a_load_that_was_carried_before_a_corrected_touch_breaks_nothing_away_af
         belief.update(1.0, now_mm, FRAME_S, both(0.0))
         slips.append(belief.slips)
     assert slips[1] == pytest.approx(slips[0], abs=0.003)
+
+
+def test_a_silent_detector_is_no_evidence_for_a_slide_after_an_abstention_while_the_fingers_close():
+    evidence = SlipEvidence(0.105)
+    silent, abstains = detection(0.02, slip=False), detection(math.nan, slip=None)
+    for seen, since_change_s in ((silent, 0.01), (silent, 0.02), (abstains, 0.04), (silent, 0.08)):
+        last = evidence.take(seen, REST, since_change_s)
+    assert last.lasting < 0.1
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize("gap_s", [1.0, 20.0, 1e4])
+def test_after_a_long_gap_it_is_still_a_probability(gap_s, compiled):
+    if compiled:
+        pytest.importorskip("numba")
+    belief = GripBelief(OPTIONS, 0.105, compiled=compiled)
+    belief.update(1.0, 2.0, FRAME_S, both(0.0))
+    belief.weigh(both(0.0), 2.0, gap_s)
+    belief.update(1.0, 2.0, gap_s, both(0.0))
+    assert 0 <= belief.slips <= 1
+    assert min(belief.stick.min(), belief.slide.min()) >= 0
+    assert belief.stick.sum() + belief.slide.sum() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize("drift", [0.05, 0.1, 0.3, 1.0])
+def test_the_load_drifts_by_its_option(drift, compiled):
+    if compiled:
+        pytest.importorskip("numba")
+    belief = GripBelief(GripOptions(drift=drift), 0.105, compiled=compiled)
+    belief.stick[:], belief.slide[:] = 0.0, 0.0
+    belief.stick[len(belief.load_n) // 2, 40] = 1.0
+    belief._walk(0.12, changed=False)
+    by_w, ln_w = belief.stick.sum(axis=1), np.log(belief.load_n)
+    variance = by_w @ ln_w**2 - (by_w @ ln_w) ** 2
+    assert math.sqrt(variance) == pytest.approx(drift * math.sqrt(0.12), rel=1e-6)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_the_faster_a_slide_the_more_squeeze_stops_it(compiled):
+    """The load of a fast slide may be greater than any on the grid."""
+    if compiled:
+        pytest.importorskip("numba")
+    belief = GripBelief(OPTIONS, 0.105, compiled=compiled)
+    sliding(belief, 1.5)
+    needed = [belief.squeeze_mm(0.1, 1.1, 1.0, braking) for braking in (1.0, 10.0, 1e3, 1e6, 1e12)]
+    assert needed == sorted(needed)
+    assert needed[0] > 1.5
+
+
+@pytest.mark.parametrize(("squeeze_mm", "power"), [(0.8, 1.4), (3.0, 1.4), (3.0, 1.0)])
+def test_another_power_keeps_the_limit_of_now_and_changes_how_it_grows(squeeze_mm, power):
+    belief = GripBelief(OPTIONS, 0.105)
+    sliding(belief, squeeze_mm)
+    before_n, _ = belief.limit_n(squeeze_mm)
+    doubled_n, _ = belief.limit_n(2 * squeeze_mm)
+    belief.know_power(power, squeeze_mm)
+    assert belief.limit_n(squeeze_mm)[0] == pytest.approx(before_n, rel=1e-3)
+    assert belief.limit_n(2 * squeeze_mm)[0] == pytest.approx(doubled_n * 2 ** (power - OPTIONS.power), rel=1e-3)
+    assert belief.slips == pytest.approx(belief.slide.sum())
+    belief.reset()
+    assert belief.power == OPTIONS.power

@@ -12,7 +12,7 @@ from lsds_plugins.controllers.belief import BeliefController, BeliefOptions
 
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext, ContactPatch, GripEstimate
-from lsds.tactile.carried_load import reach_of
+from lsds.tactile.contact_size import half_length_of, reach_of
 
 PITCH_M = 2.5e-4
 
@@ -34,9 +34,21 @@ def test_a_strip_reaches_farther_along_than_across():
     assert reach_of(strip, (0.0, 2.0)) > 4 * reach_of(strip, (0.5, 0.0))
 
 
+@given(radius_mm=st.floats(1.5, 6), angle=st.floats(0, 3.1))
+def test_the_longest_direction_is_found_whatever_the_contact_s_direction(radius_mm, angle):
+    radius_m = 1e-3 * radius_mm
+    disc = patch(lambda x, y: np.hypot(x, y) < radius_m)
+    assert half_length_of(disc) == pytest.approx(radius_m, abs=PITCH_M)
+    strip = patch(lambda x, y: np.abs(x * math.cos(angle) + y * math.sin(angle)) < 1e-3)
+    assert half_length_of(strip) == pytest.approx(reach_of(strip, (-math.sin(angle), math.cos(angle))), rel=0.05)
+    assert half_length_of(strip) > 7e-3
+
+
 def test_nothing_is_known_without_contact_direction_or_size():
     disc = patch(lambda x, y: np.hypot(x, y) < 3e-3)
     assert math.isnan(reach_of(None, (0.0, 1.0)))
+    assert math.isnan(half_length_of(None))
+    assert math.isnan(half_length_of(patch(lambda x, y: np.zeros_like(x, bool))))
     assert math.isnan(reach_of(disc, (0.0, 0.0)))
     assert math.isnan(reach_of(patch(lambda x, y: x > 1), (0.0, 1.0)))
     assert math.isnan(reach_of(ContactPatch(disc.depth_m, 5e-5, 0.1), (0.0, 1.0)))

@@ -11,7 +11,7 @@ from lsds_plugins.controllers.belief import BeliefController, BeliefOptions
 from lsds.clock import VirtualClock
 from lsds.contracts import ABSTAINED, BuildContext, ContactLoad, Detection, GripEstimate, GripTask, SlipEstimate
 from lsds.grip.evidence import Evidence
-from lsds.grip.observer import FALLS_M_S, GripObserver
+from lsds.grip.observer import FALLS_M_S, ROUND_ADDS, GripObserver
 from lsds.grip.options import GripOptions
 from lsds.tactile.carried_load import CarriedLoad
 
@@ -160,6 +160,16 @@ def test_a_finger_without_a_zero_makes_no_load_fresh():
     assert not carried.fresh
 
 
+def test_a_load_that_is_first_measured_late_has_no_zero():
+    """After 2 s in which the markers were lost, the first load of the only finger counted as that of an empty grip."""
+    carried = CarriedLoad()
+    for k in range(50):
+        carried.take(k * FRAME_NS, [seen_by("a", k * FRAME_NS, None)])
+    carried.take(50 * FRAME_NS, [seen_by("a", 50 * FRAME_NS, ContactLoad((0.0, 1.0), 0.0, 0.01, 0.001))])
+    assert not carried.fresh
+    assert math.isnan(carried.now_n)
+
+
 @pytest.mark.parametrize("measured", [True, False])
 def test_the_load_may_rise_by_all_of_the_arm_s_way_since_the_last_load(measured, monkeypatch):
     moved_mm = []
@@ -177,9 +187,9 @@ def test_the_load_may_rise_by_all_of_the_arm_s_way_since_the_last_load(measured,
 
 @pytest.mark.parametrize("early_mm", [0.0, 1.1])
 def test_the_normal_force_shows_that_a_touch_was_noticed_too_early(early_mm):
-    observer, grip = GripObserver(GripOptions(), 0.12), None
+    observer, grip, power = GripObserver(GripOptions(), 0.12), None, GripOptions().power
     for k, beyond_mm in enumerate([0.4] * 5 + [0.7] * 5 + [1.2] * 5 + [2.0] * 5):
-        load = ContactLoad((0.0, 0.0), 0.0, 0.01, 0.001, 1.5 * beyond_mm**1.25)
+        load = ContactLoad((0.0, 0.0), 0.0, 0.01, 0.001, 1.5 * beyond_mm**power)
         aperture_m = 0.030 - 1e-3 * beyond_mm
         at = {"aperture_m": aperture_m, "touch_m": 0.030 + 1e-3 * early_mm}
         fingers = (seen_by("finger", k * FRAME_NS, load),)
@@ -191,7 +201,7 @@ def test_the_normal_force_shows_that_a_touch_was_noticed_too_early(early_mm):
     assert grip.squeeze_m == pytest.approx(2e-3, abs=2e-4)
     # The limit is expected near friction times the normal force, wherever the touch was noticed.
     observer.belief.update(0.5, 1e3 * grip.squeeze_m, 0.04, Evidence(-1.0, -1.0))
-    assert observer.belief.limit_n(1e3 * grip.squeeze_m)[0] == pytest.approx(0.5 * 1.5 * 2**1.25, rel=0.35)
+    assert observer.belief.limit_n(1e3 * grip.squeeze_m)[0] == pytest.approx(0.5 * 1.5 * 2**power, rel=0.35)
 
 
 def pressing(normal_n):
@@ -247,3 +257,16 @@ def test_a_normal_force_that_cannot_carry_the_load_is_taken_back():
             )
         limits_n.append(grip.limit_n)
     assert limits_n[0] == pytest.approx(limits_n[1], rel=0.2)
+
+
+@pytest.mark.parametrize(("half_length_m", "adds"), [(3e-3, ROUND_ADDS), (9e-3, 0.0), (math.nan, 0.0)])
+def test_the_limit_of_a_round_contact_grows_with_a_greater_power(half_length_m, adds, monkeypatch):
+    monkeypatch.setattr("lsds.tactile.carried_load.half_length_of", lambda contact: half_length_m)
+    observer = GripObserver(GripOptions(), 0.12)
+    for k in range(4):
+        finger = seen_by("finger", k * FRAME_NS, pressing(2.0))
+        at = {"aperture_m": 0.030, "touch_m": 0.032, "fingers": (finger,)}
+        observer.update(GripEstimate(t_ns=k * FRAME_NS, dt_s=0.04, detection=STILL, **at))
+    assert observer.belief.power == pytest.approx(GripOptions().power + adds)
+    observer.reset()
+    assert observer.belief.power == GripOptions().power

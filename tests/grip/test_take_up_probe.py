@@ -157,3 +157,24 @@ def test_a_controller_that_found_nothing_to_open_leaves_the_grip_as_it_was():
 def test_fingers_that_have_not_moved_yet_are_waited_for():
     probe = Probe(0)
     assert [probe.step(seen(t, 1.0)) for t in range(0, 4000, 40)].index(True) * 40 > 2400
+
+
+def test_the_time_in_which_the_arm_waits_is_no_part_of_the_take_up():
+    take_up = TakeUp(0)
+    over = []
+    for t in range(0, 8000, 40):
+        waits = t < 2000
+        over.append(take_up.step(seen(t, 1.0 + t // 40 % 2, slips=0.9 if waits else 0.02)))
+        if waits:
+            take_up.wait(40 * MS)
+    assert 4900 < 40 * over.index(True) < 5100
+
+
+def test_a_load_that_falls_into_its_noise_gives_way_while_probing():
+    hanging = Hanging(1.3)
+    hanging.frame(0.0)
+    for _ in range(12):
+        hanging.frame(0.5, probes=True)
+    before_mm = hanging.squeeze_mm
+    hanging.frame(0.01, probes=True)
+    assert hanging.squeeze_mm > before_mm

@@ -90,3 +90,14 @@ def test_the_study_reports_the_error_of_the_rate(tmp_path, installed_host, capsy
     assert [run["rms"] < 0.25 for run in runs] == [True, True]
     assert main(["study", "slide", "--object", "unicorn"]) != 0
     assert "pvc-pipe" in "".join(capsys.readouterr())
+
+
+def test_a_fall_closes_step_by_step():
+    """It closed fully within four frames, before the first step could arrive: the load of the slide is a plateau."""
+    grip = Grip(3.0)
+    grip.deaf = True
+    slide = Slide(0.01, 0.0)
+    for _ in range(25):
+        grip.frame(0.42, slip=True, speed=0.01, slide=slide)
+    sent_mm = [grip.frame(0.42, slip=True, speed=0.2, slide=slide) for _ in range(8)]
+    assert 3.0 < max(sent_mm) <= 6.0

@@ -13,14 +13,13 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, GripEstimate, GripTask
+from lsds.contracts.grip import MAYBE
 from lsds.grip.belief import STEADY_1_S
 from lsds.grip.fragile import Bearing
 from lsds.grip.observer import GRAVITY_M_S2
 from lsds.grip.wanted_slip import WantedSlip
 from lsds.tactile.carried_load import LEAST_EVIDENCE_N
 
-PROBES_ON = 0.25
-"""Probability of a slide below which probing may open further; chosen."""
 SURELY = 0.75
 """Probability of a slide above which the object has slid, and the fingers close even if no load is known; chosen."""
 MOST_RISK = 0.35
@@ -54,7 +53,7 @@ class BeliefOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    margin: float = Field(default=1.1, ge=1, le=5, description="load that the grip is to carry, over the expected one")
+    margin: float = Field(default=1.08, ge=1, le=5, description="load that the grip is to carry, over the expected one")
     slip_m_s: float = Field(
         default=0.01,
         gt=0,
@@ -97,7 +96,7 @@ class BeliefController:
         self._opened_to: float | None = None
         self._taken_ns: int | None = None
         self._closed_ns = 0
-        self._touch_m = math.nan
+        self._touch_m, self._unmeasured_m = math.nan, math.inf
         self._bearing, self._wanted_slip = Bearing(), WantedSlip()
 
     def update(self, grip: GripEstimate, wanted: GripTask) -> float | None:
@@ -115,14 +114,20 @@ class BeliefController:
         if wanted.slide is not None:
             falls = self._wanted_slip.falls(grip.t_ns, grip.estimate, wanted.slide)
             return self._closed(grip, wanted, math.inf, held_m, tick_m) if falls else None
-        if not grip.load_n > LEAST_EVIDENCE_N:
-            return self._closed(grip, wanted, math.inf, held_m, tick_m) if grip.slips > SURELY else None
-        if grip.slips > SURELY:
+        carries = grip.load_n > LEAST_EVIDENCE_N
+        if carries and grip.slips > SURELY:
             self._slid_n = grip.load_n
             self._found |= wanted.probes
         if wanted.probes and not self._found and grip.load_n < GIVES_WAY * grip.greatest_n:
             self._found = True
-            return self._closed(grip, wanted, options.margin * grip.squeeze_m, held_m, tick_m)
+            least_m = max(options.margin * grip.squeeze_m, held_m + tick_m)
+            return self._closed(grip, wanted, least_m, held_m, tick_m)
+        # Where no load is measured no closing can refute an alarm: all of them together grow the grip at most once.
+        unmeasured = grip.stale or math.isnan(grip.load_n)
+        self._unmeasured_m = min(self._unmeasured_m, grip.squeeze_m) if unmeasured else math.inf
+        if not carries:
+            most_m = options.growth * self._unmeasured_m
+            return self._closed(grip, wanted, most_m, held_m, tick_m) if grip.slips > SURELY else None
         ahead_n = grip.load_n + min(max(grip.load_n_s, 0.0) * wanted.answer_s, grip.load_n)
         risk = self._risk(grip)
         # A sliding object must also stop within the accepted slip: kinetic energy over weight and distance.
@@ -138,7 +143,6 @@ class BeliefController:
             self._closed_ns = grip.t_ns
             return grip.commanded_m
         if wanted_m > held_m + tick_m / 2:
-            self._quiet_s, self._opened_to = 0.0, None
             return self._closed(grip, wanted, wanted_m, held_m, tick_m)
         return self._opened(grip, wanted, held_m, tick_m, dt_s)
 
@@ -159,20 +163,22 @@ class BeliefController:
         self, grip: GripEstimate, wanted: GripTask, wanted_m: float, held_m: float, tick_m: float
     ) -> float | None:
         """Close towards a squeeze; on a slide by one step, which has to arrive before the next."""
-        # Below the accepted risk the known load of what sticks decides; above it, the unknown one of what slides.
-        slides = grip.slips > self._risk(grip)
+        # Below the accepted risk the known load of what sticks decides; above it, the unknown one of what slides. It
+        # decides, too, if a wanted slide becomes a fall.
+        slides = grip.slips > self._risk(grip) or wanted_m == math.inf
         under_way = held_m - grip.squeeze_m > tick_m / 2
         if slides and under_way and grip.t_ns - self._closed_ns < nanoseconds(ARRIVES * wanted.answer_s):
             return None
         base_m = grip.squeeze_m if slides and not under_way else max(grip.squeeze_m, held_m)
         grows = min(grip.slip_m_s * wanted.answer_s / self._slip_m(grip), math.log(self._options.growth))
         target_m = min(wanted_m, max(base_m * math.exp(grows), base_m + tick_m))
-        allowed_m = self._bearing.allowed_m(wanted.fragile_n, grip.squeeze_m, grip.normal_n, held_m)
+        allowed_m = self._bearing.allowed_m(wanted.fragile_n, grip.squeeze_m, grip.normal_n)
         self.held_back = target_m > allowed_m
         target_m = min(target_m, allowed_m)
         if not target_m > held_m:
             return None
         self._closed_ns = grip.t_ns
+        self._quiet_s, self._opened_to = 0.0, None
         if not self._closed_n:
             self._began_at_m = grip.commanded_m
         if wanted_m <= grip.rising_m:
@@ -187,7 +193,7 @@ class BeliefController:
         probes = wanted.probes and not self._found
         if probes:
             least_m = LEAST_PROBED_M
-            sure = abs(grip.load_n_s) < STEADY_1_S * grip.load_n and grip.slips < PROBES_ON
+            sure = abs(grip.load_n_s) < STEADY_1_S * grip.load_n and grip.slips <= MAYBE
         else:
             least_m = grip.required_m(options.certain, options.margin, max(grip.greatest_n, LEAST_EVIDENCE_N), 1.0)
             # Without a slip the fingers reopen at most to where they began to close, or a rising load has closed them.

@@ -64,6 +64,7 @@ class _Lift:
         self._touch_m = self._touch_std_m = math.nan
         self._hangs = False
         self._left_s = setting.task.lift_s
+        self._waited_ns = 0
 
     def stages(self) -> Stage:
         """Yield the wanted motion and grip, from the reference to the end of the hold."""
@@ -95,14 +96,14 @@ class _Lift:
         """Rise slowly until the object hangs, at most as far as it is to be lifted."""
         share = speed_m_s / self._task.lift_speed_m_s
         take_up, began_ns, left_s = TakeUp(now.t_ns), now.t_ns, self._left_s
-        waited_ns = 0
         while True:
-            waits = _slips(now) and waited_ns < nanoseconds(MOST_WAIT_S)
+            waits = _slips(now) and self._waited_ns < nanoseconds(MOST_WAIT_S)
             before_ns = now.t_ns
             now = yield replace(self._rising("take up", 0.0 if waits else speed_m_s), supported=True)
             if waits:
-                waited_ns += now.t_ns - before_ns
+                self._waited_ns += now.t_ns - before_ns
                 began_ns += now.t_ns - before_ns
+                take_up.wait(now.t_ns - before_ns)
             self._left_s = max(0.0, left_s - share * (now.t_ns - began_ns) * 1e-9)
             if self._left_s == 0 or take_up.step(now):
                 self._hangs = take_up.has_load

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from lsds_research.studies.grip import fit_power
 from lsds_research.studies.grip.check_belief import Checked, checked, lines
 from lsds_research.studies.grip.fit_normal import Pressed, pressed
 
@@ -42,3 +43,25 @@ def test_each_shape_has_a_line():
     assert "within one 0%" in box
     assert "within one 100%" in sphere
     assert sphere.endswith("normal force unknown")
+
+
+@pytest.mark.parametrize(
+    ("index", "shape", "kind", "low", "high"),
+    [
+        (2, "cylinder", fit_power.LONG, 1.0, 1.2),
+        (31, "sphere", fit_power.ROUND, 1.2, 1.5),
+        (12, "box", "flat", 0.9, 1.1),
+    ],
+)
+def test_the_normal_force_of_a_round_contact_grows_with_a_greater_power(index, shape, kind, low, high):
+    found = fit_power.grown((1001, index))
+    assert found is not None
+    assert (found.shape, found.kind) == (shape, kind)
+    assert low < found.power < high
+
+
+def test_powers_are_printed_by_contact_and_by_shape():
+    rows = [fit_power.Grown("sphere", "round", 1.4), fit_power.Grown("box", "flat", 1.0)]
+    flat, found_round, *_ = fit_power.lines(rows)
+    assert flat.startswith("contact flat: 1 objects, power +1.00")
+    assert found_round.startswith("contact round: 1 objects, power +1.40")
