@@ -528,7 +528,7 @@ MEASUREMENTS: dict[str, Measurement] = {
     "cameras": Measurement("python -m tests.wire.cameras.bench", "figures.md", cameras, camera_rows),
     "clients": Measurement("python docs/measure.py clients", "clients.md", clients, client_rows),
     "cost": Measurement("python docs/measure.py cost", "speed.md", cost, cost_rows),
-    "random": Measurement("lsds " + " ".join(RANDOM), "grip.md", random_objects, random_rows),
+    "random": Measurement("lsds " + " ".join(RANDOM), "grip_figures.md", random_objects, random_rows),
     "frame": Measurement("lsds study frame --repeats 12", "speed.md", frame, frame_rows),
     "loop": Measurement("lsds study loop --quick", "speed.md", loop, loop_rows),
     "slip": Measurement("lsds study slip $LSDS_DATA/incipient_slip", "learning.md", slip, slip_rows),

@@ -144,6 +144,7 @@ def _ending(engine: Engine, samples: Sequence[Sample]) -> Ending:
         began_ns=engine.acting_since_ns,
         contacts=[sample.contact_fraction for sample in acting],
         held_back=engine.held_back_frames,
+        load_n=next((each.load_n for each in reversed(acting) if math.isfinite(each.load_n)), math.nan),
         widest_m=math.inf if engine.rig.gripper is None else engine.rig.gripper.spec.stroke_m,
         slip_wanted=engine.slip_wanted,
     )

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
+from lsds.tactile.carried_load import LEAST_EVIDENCE_N
+
 if TYPE_CHECKING:
     from lsds.config import RigConfig
     from lsds.contracts import CellTruth
@@ -109,8 +111,9 @@ class Ending:
 
     `done`: the job is done; `released`: it has opened the gripper on purpose; `grips`: there is a gripper; `rose`: the
     arm was commanded upward. `began_ns` is when grip was first corrected, None if it never was. `contacts` are the
-    contact areas since then, as fractions of the image. `widest_m` is the largest aperture of the gripper. In
-    `held_back` frames `task.fragile_n` limited the grip. `slip_wanted`: the job asked for slip.
+    contact areas since then, as fractions of the image. `load_n` is the last load of a finger, NaN without one.
+    `widest_m` is the largest aperture of the gripper. In `held_back` frames `task.fragile_n` limited the grip.
+    `slip_wanted`: the job asked for slip.
     """
 
     done: bool
@@ -120,6 +123,7 @@ class Ending:
     began_ns: int | None
     contacts: Sequence[float] = ()
     held_back: int = 0
+    load_n: float = math.nan
     widest_m: float = math.inf
     slip_wanted: bool = False
 
@@ -333,6 +337,11 @@ def _why_crushed(lift: _Lift) -> str:
 
 def _how_held(lift: _Lift) -> str:
     if not lift.truths:
+        if lift.ending.rose and lift.ending.load_n <= LEAST_EVIDENCE_N:
+            return (
+                "contact remained until the end, but the arm rose without a load: the object weighs less than "
+                f"{_newtons(2 * LEAST_EVIDENCE_N)}, or stayed behind (raise task.first_squeeze_m)"
+            )
         return "contact remained until the end"
     steady_n = lift.figures["steady_normal_force_n"] or 0.0
     times = steady_n / max(lift.needed_n, LEAST_FORCE_N)

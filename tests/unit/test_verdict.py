@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -52,6 +53,14 @@ def test_an_object_in_the_grip_is_held_with_the_numbers_of_its_grip():
     assert found.grip_over_needed == pytest.approx(4.2 / NEEDED_N)
     assert found.detection_delay_s == 0.05
     assert found.slip_margin == pytest.approx(1 - 0.001 / 0.03)
+
+
+@pytest.mark.parametrize(("load_n", "remarks"), [(0.01, True), (0.5, False), (math.nan, False)])
+def test_a_lift_without_a_load_says_so(load_n, remarks):
+    """On a real cell contact remains, too, if the object stays behind and the fingers touch each other."""
+    found = verdict((), ending=replace(LIFTED, contacts=(0.2, 0.2), load_n=load_n))
+    assert found.outcome is Outcome.HELD
+    assert ("less than 0.06 N" in found.reason) is remarks
 
 
 def test_a_slip_beyond_the_limit_is_too_far():
