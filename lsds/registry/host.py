@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Collection, Iterable, Mapping
-from contextlib import suppress
 from functools import cached_property
-from importlib.metadata import entry_points as installed_entry_points
 from typing import TYPE_CHECKING, Any, Protocol
 
 import pluggy
@@ -17,7 +15,6 @@ from lsds.contracts.kinds import KINDS, Kind
 from lsds.errors import ConfigError, ConfigIssue, LsdsError, PluginConflict, PluginLoadError
 from lsds.registry import in_program
 from lsds.registry.backends import (
-    NO_DISTRIBUTION,
     OWN_DISTRIBUTION,
     OWN_PREFIX,
     Backend,
@@ -29,7 +26,7 @@ from lsds.registry.backends import (
 )
 from lsds.registry.containment import contained, diverted, one_line
 from lsds.registry.contract import check_contract
-from lsds.registry.discovery import readable_entry_points
+from lsds.registry.discovery import distribution_of, installed_entry_points, readable_entry_points
 from lsds.registry.importing import importable, imported_target, remedy_for, require_model
 from lsds.registry.loading import failure_of, new_manager, offered_specs, upgrade_or_block
 from lsds.registry.spec import PROJECT
@@ -277,7 +274,7 @@ class PluginHost:
             return
         self._loaded = True
         # First-party plugins first: those that the distribution of the former name still offers are the duplicates.
-        found = [(entry_point, _distribution(entry_point)) for entry_point in self._found()]
+        found = [(entry_point, distribution_of(entry_point)) for entry_point in self._found()]
         for entry_point, distribution in sorted(found, key=lambda each: each[1] != OWN_DISTRIBUTION):
             name = entry_point.name
             self._installed |= owner_names(name, distribution)
@@ -313,11 +310,3 @@ class PluginHost:
 
 def _missing(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(name for name in names if not importable(name))
-
-
-def _distribution(entry_point: EntryPointLike | EntryPoint) -> str:
-    """Return the name of the entry point's distribution, whose metadata may be damaged."""
-    with suppress(Exception):
-        dist: Any = entry_point.dist
-        return str(dist.name or NO_DISTRIBUTION)
-    return NO_DISTRIBUTION

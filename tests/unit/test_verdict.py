@@ -56,7 +56,7 @@ def test_an_object_in_the_grip_is_held_with_the_numbers_of_its_grip():
 
 
 @pytest.mark.parametrize(("load_n", "remarks"), [(0.01, True), (0.5, False), (math.nan, False)])
-def test_a_lift_without_a_load_says_so(load_n, remarks):
+def test_a_lift_without_a_load_is_held_with_a_remark(load_n, remarks):
     """On a real cell contact remains, too, if the object stays behind and the fingers touch each other."""
     found = verdict((), ending=replace(LIFTED, contacts=(0.2, 0.2), load_n=load_n))
     assert found.outcome is Outcome.HELD
