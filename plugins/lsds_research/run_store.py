@@ -6,13 +6,19 @@ import json
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, BinaryIO, Protocol, TypeVar
 
 from lsds.errors import DataError
+from lsds.registry.containment import one_line
 from lsds.support.processes import DIED
 from lsds_research.cluster import shared_out
 
 Row = dict[str, Any]
+
+_BEGINS = '{"key": "'
+"""Beginning of each stored line."""
+_BLOCK = 65536
+"""Number of bytes that are read at once when looking for the end of the last whole line."""
 
 
 class Keyed(Protocol):
@@ -60,17 +66,22 @@ def read_runs(path: Path | None) -> dict[str, Row]:
     """Return the runs in a file. Raises DataError for a file of another format."""
     if path is None or not path.exists():
         return {}
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise DataError(f"{path}: cannot be read as stored runs: {one_line(error)} (choose another file)") from error
     found: dict[str, Row] = {}
-    lines = path.read_text(encoding="utf-8").splitlines()
+    lines = text.split("\n")
+    cut = lines.pop()
     for number, line in enumerate(lines, start=1):
         try:
             item = json.loads(line)
             found[item["key"]] = item["run"]
         except (json.JSONDecodeError, TypeError, KeyError) as error:
-            # An interrupted write leaves an incomplete last line.
-            if number == len(lines):
-                break
             raise DataError(f"{path}, line {number}: not a stored run (choose another file)") from error
+    # An interrupted write leaves a beginning of a line.
+    if cut[: len(_BEGINS)] != _BEGINS[: len(cut)]:
+        raise DataError(f"{path}, line {len(lines) + 1}: not a stored run (choose another file)")
     return found
 
 
@@ -80,8 +91,23 @@ def add_run(path: Path | None, key: str, row: Row) -> None:
         return
     try:
         with path.open("a+b") as file:
-            # An interrupted write may have left a line without its end.
-            cut = file.seek(0, os.SEEK_END) and file.seek(-1, os.SEEK_END) >= 0 and file.read(1) != b"\n"
-            file.write(("\n" if cut else "").encode() + json.dumps({"key": key, "run": row}).encode() + b"\n")
+            _remove_cut_line(file)
+            file.write(json.dumps({"key": key, "run": row}).encode() + b"\n")
     except OSError as error:
         raise DataError(f"{path}: cannot be written: {error}") from error
+
+
+def _remove_cut_line(file: BinaryIO) -> None:
+    """Remove what an interrupted write has left behind the last whole line."""
+    end = file.seek(0, os.SEEK_END)
+    at = end
+    while at:
+        before = max(0, at - _BLOCK)
+        file.seek(before)
+        last = file.read(at - before).rfind(b"\n")
+        if last >= 0:
+            at = before + last + 1
+            break
+        at = before
+    if at < end:
+        file.truncate(at)

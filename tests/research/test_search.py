@@ -10,7 +10,7 @@ from lsds_research.search.plot import _short
 from lsds_research.search.robustness import STOPPED_MARGIN, Limits, hangs, margins_of, run_scenario
 from lsds_research.search.seek import seek
 from lsds_research.search.shrink import shrunk
-from lsds_research.search.space import DEFAULT, Axis, point_to_scenario, read_space
+from lsds_research.search.space import DEFAULT, Axis, held_fixed, point_to_scenario, read_space
 
 from lsds.cli.main import main
 from lsds.config import load_config
@@ -91,10 +91,34 @@ def test_a_space_of_ones_own_is_read_and_its_mistakes_are_named(tmp_path):
     speed, thing = read_space(file)
     assert (speed.low, speed.high, speed.usual) == (0.02, 0.2, 0.038)
     assert thing.choices == ("ball", "book", "can")
-    for text, message in (("seed = 7", "is no range"), ("seed = [7, 3]", "is not below")):
+    wrong = {
+        "seed = 7": "is no range",
+        "seed = [7, 3]": "is not below",
+        "seed = [0.01, inf]": "has no end",
+        "seed = [nan, 1.0]": "has no end",
+        "": "no key with a range",
+    }
+    for text, message in wrong.items():
         file.write_text(text)
         with pytest.raises(DataError, match=message):
             read_space(file)
+
+
+def test_a_key_that_the_settings_hold_fixed_is_not_drawn():
+    """Settings count above drawn values: three speeds were drawn, reported, and run at the one of the rig."""
+    space, fixed = held_fixed(DEFAULT, ["task.lift_speed_m_s=0.02", "seed=3", "task.hold_s=0.5"])
+    assert sorted(fixed) == ["seed", "task.lift_speed_m_s"]
+    rng = np.random.default_rng(1)
+    drawn = [point_to_scenario(space, rng.random(len(space))) for _ in range(3)]
+    assert {(one["task.lift_speed_m_s"], one["seed"]) for one in drawn} == {(0.02, 3)}
+    assert len({one["cell.simulated.modulus_mpa"] for one in drawn}) == 3
+
+
+@pytest.mark.parametrize("command", [["risk", "--plain", "--runs", "20"], ["search", "--quick"]])
+def test_a_mistake_in_the_settings_is_found_before_the_first_run(command, capsys):
+    """Runs that could not begin counted as held: the probability of a failure was below 2 %, with exit code 0."""
+    assert main(["study", *command, "--with", "task.lift_sped_m_s=1", "--no-plot"]) == 2
+    assert "lift_sped_m_s" in capsys.readouterr().err
 
 
 def test_a_planted_failure_is_found_shrunk_and_saved_as_a_file_that_runs_again(tmp_path, capsys):

@@ -51,6 +51,22 @@ def test_a_map_marks_what_fails_and_states_the_safe_share(made, tmp_path):
     assert (tmp_path / "map.png").stat().st_size > 5000
 
 
+def test_a_point_that_cannot_be_measured_does_not_pass(monkeypatch):
+    def measure(method, x, y, seed):
+        if x > 2.5:
+            raise DataError("no measurement")
+        return 1.0
+
+    of = a_map(measure)
+    monkeypatch.setattr("lsds_research.stability.study.map_named", lambda name: of)
+    found = result(of)
+    assert {row["method"]: (row["safe"], row["points"]) for row in found.details["areas"]} == {
+        "good": (8 / 16, 16),
+        "naive": (8 / 16, 16),
+    }
+    assert found.warnings
+
+
 def test_a_quick_grid_and_single_methods_measure_less(made):
     assert len(result(made, quick=True).rows) == 8
     assert {row["method"] for row in result(made, methods=["naive"]).rows} == {"naive"}

@@ -37,7 +37,7 @@ class NeededForce:
     def __init__(
         self, space: Sequence[Axis], complete: Callable[[Scenario], Scenario], settings: Sequence[str] = ()
     ) -> None:
-        """`settings` are config keys of all lifts; those of a scenario count above them."""
+        """`settings` are config keys of all lifts, and count above those of a scenario."""
         self._space, self._complete = space, complete
         parsed = (parse_override(text) for text in settings)
         self._settings = {".".join(one[0]): one[1] for one in parsed if not isinstance(one, ConfigIssue)}
@@ -47,7 +47,7 @@ class NeededForce:
         return np.array([[*point, *self._columns(point)] for point in points])
 
     def _columns(self, point: Floats) -> tuple[float, float]:
-        keys = self._settings | self._complete(point_to_scenario(self._space, point))
+        keys = self._complete(point_to_scenario(self._space, point)) | self._settings
         own = {key.removeprefix(CELL): value for key, value in keys.items() if key.startswith(CELL)}
         try:
             options = CellOptions(**{**own, **SMOOTH})

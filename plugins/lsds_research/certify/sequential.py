@@ -4,9 +4,9 @@ The first quarter of the budget is drawn uniformly. A random forest fitted on it
 risk into strata (Dalenius and Hodges 1959); each further batch is drawn where it reduces the variance of the sum over
 the strata most (Neyman 1934, with predicted instead of known variances). Half-way the forest is fitted again. Runs
 that chose the strata do not count in them, so each stage is an estimate without bias; the stages are averaged by their
-numbers of runs. The interval is that of the posterior of all strata's failure rates, with Jeffreys' prior. A stratum
-in which no run failed adds nothing to the lower end, and one in which all failed counts fully for the upper one (Brown,
-Cai and DasGupta 2001): otherwise many small strata's priors add up to more failures than there were.
+numbers of runs. The interval is that of the posterior of all strata's failure rates: with Jeffreys' prior for the upper
+end, and for the lower one with that of the lower end of an exact interval (Clopper and Pearson 1934), because the
+priors of many small strata add up to more failures than there were.
 """
 
 from __future__ import annotations
@@ -202,15 +202,22 @@ def _estimate(
         sizes = sizes / sizes.sum()
         estimate += share * float(np.sum(sizes[known] * failed[known] / runs[known]))
         for k in np.flatnonzero(known):
-            rates = rng.beta(failed[k] + JEFFREYS_PRIOR, runs[k] - failed[k] + JEFFREYS_PRIOR, POSTERIOR_DRAWS)
-            low += share * sizes[k] * (rates if failed[k] else 0.0)
-            high += share * sizes[k] * (rates if failed[k] < runs[k] else 1.0)
+            held = runs[k] - failed[k]
+            low += share * sizes[k] * _least_rates(failed[k], held, rng)
+            high += share * sizes[k] * (1 - _least_rates(held, failed[k], rng, JEFFREYS_PRIOR))
         weights += [share * sizes[k] / runs[k] for k in stage.strata]
     count = int(np.sum(np.array(margins) < 0))
     least, most = float(np.quantile(low, 0.025)), float(np.quantile(high, 0.975))
     # None of many failed: the interval begins at zero, all of it failed: it ends at one.
     least, most = (0.0 if count == 0 else min(least, estimate)), (1.0 if count == whole else max(most, estimate))
     return Estimate(estimate, least, most, count, whole, np.array(weights), _auc(describe(points), margins, seed))
+
+
+def _least_rates(failed: int, held: int, rng: np.random.Generator, prior: float = 0.0) -> Floats:
+    """Draw rates from the posterior with the least prior for failures: that of the lower end of an exact interval."""
+    if not failed:
+        return np.zeros(POSTERIOR_DRAWS)
+    return rng.beta(failed + prior, held + 1 - prior, POSTERIOR_DRAWS)
 
 
 def _auc(rows: Floats, margins: Sequence[float], seed: int) -> float:

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lsds.clock import NS_PER_S, perf_ns
-from lsds.config.overrides import override_texts
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds.registry.host import PluginHost
@@ -28,8 +27,8 @@ from lsds_research.certify.zones import Zone, zones
 from lsds_research.search.files import save_scenario
 from lsds_research.search.objects import OBJECTS, completed
 from lsds_research.search.robustness import Limits
-from lsds_research.search.scenarios import Scenarios
-from lsds_research.search.space import point_to_scenario, read_space
+from lsds_research.search.scenarios import Scenarios, fixed_note, require_usable
+from lsds_research.search.space import held_fixed, read_space
 
 _COLUMNS = (
     ("figure", "of a lift (simulated)", ""),
@@ -41,6 +40,8 @@ QUICK_RUNS = 48
 QUICK = ("cell.simulated.fidelity=winkler", "task.hold_s=0.5")
 NOT_RUN = "not run"
 """Outcome of a scenario whose lift could not begin."""
+NOTICEABLE_M = 1e-3
+"""Slip of a lift without an alarm from which on the alarm is missing, m; chosen."""
 OVERRUN = 1.1
 """Duration over the budget above which the certificate states it; chosen: the time is to be kept within 10 %."""
 PRECISE = 0.5
@@ -60,20 +61,23 @@ class CertifyStudy:
         """Lift. Raises DataError for an unusable space or file, ConfigError for a rig that is not valid."""
         own = self._options
         settings, replaced = simulated_rig(Path(own.rig) if own.rig else None, PluginHost())
-        settings = [*settings, *(QUICK if own.quick else ()), *own.settings]
         limits = Limits(slip_m=own.slip_mm * 1e-3)
+        stated = {text.partition("=")[0] for text in limits.overrides()}
+        settings = [text for text in settings if text.partition("=")[0] not in stated]
+        settings = [*settings, *(QUICK if own.quick else ()), *own.settings]
         complete = dict if own.space else completed
-        self._require_usable(complete, limits, settings)
+        space, fixed = held_fixed(self._space, settings)
+        require_usable(space, complete, limits, settings)
         scenarios = Scenarios(limits, settings, "", own.jobs, own.cluster)
         began_ns = perf_ns()
         draw = plain if own.plain else sequential
         answered, estimate = scenarios.answer(
-            self._space,
+            space,
             draw(
-                len(self._space),
+                len(space),
                 partial(self._used, began_ns),
                 self._seed,
-                NeededForce(self._space, complete, settings),
+                NeededForce(space, complete, settings),
             ),
             _margin,
             lambda done, asked: tick(*self._progress(done, asked, began_ns)),
@@ -85,12 +89,15 @@ class CertifyStudy:
         rows = [row | {"margin": _margin(row)} for row in chain.from_iterable(answered)]
         not_run = [row for row in rows if row["outcome"] == NOT_RUN]
         points = np.array([row["point"] for row in rows])
+        # A key that is held fixed has no effect, and names no zone.
+        points[:, [axis.key in fixed for axis in space]] = 0.5
         dropped = np.array([row["margin"] < 0 for row in rows])
         found = zones(points, dropped, estimate.weights)
         files = self._saved(rows, settings, limits)
         figures = _figures(rows, estimate)
         notes = [
             *(f"replaced: {text}" for text in replaced),
+            *fixed_note(fixed),
             "the figures hold for these ranges and a simulated copy of the rig, without a real gel, object or hand",
             *_notes(estimate, own.plain),
             *_undecided(rows, estimate),
@@ -101,7 +108,7 @@ class CertifyStudy:
                 f"the first: {row['fault']}"
                 for row in not_run[:1]
             ),
-            *(f"zone: {_zone_text(zone, self._space)}" for zone in found),
+            *(f"zone: {_zone_text(zone, space)}" for zone in found),
             *(f"failure: lsds run {file}" for file in files),
         ]
         draw_rows = partial(plot_certificate, rows=rows, estimate=estimate)
@@ -116,7 +123,7 @@ class CertifyStudy:
                 "probability": {key: getattr(estimate, key) for key in ("estimate", "least", "most", "failed", "runs")},
                 "auc": None if math.isnan(estimate.auc) else estimate.auc,
                 "zones": [
-                    {"ranges": zone.text(self._space), "rate": zone.rate, "share": zone.share, "failed": zone.failed}
+                    {"ranges": zone.text(space), "rate": zone.rate, "share": zone.share, "failed": zone.failed}
                     for zone in found
                 ],
                 "runs": [
@@ -130,18 +137,6 @@ class CertifyStudy:
                 "seed": self._seed,
             },
         )
-
-    def _require_usable(
-        self, complete: Callable[[dict[str, Any]], dict[str, Any]], limits: Limits, settings: Sequence[str]
-    ) -> None:
-        """Check the config in the middle of the space before the budget is spent.
-
-        A lift that cannot run does not drop anything: a mistake in the config would give a perfect certificate.
-        """
-        from lsds.config import load_config
-
-        middle = complete(point_to_scenario(self._space, [0.5] * len(self._space)))
-        load_config(None, [*override_texts(middle), *limits.overrides(), *settings])
 
     def _used(self, began_ns: int, runs: int) -> float:
         """Return the share of the budget that is used, in the middle of the lifts that would begin now."""
@@ -223,18 +218,20 @@ def _figures(rows: Sequence[dict[str, Any]], estimate: Estimate) -> list[dict[st
     for key, figure, unit, scale in (
         ("slip_m", "slip, median", "mm", 1e3),
         ("ratio", "steady grip over needed, median", "", 1.0),
-        ("delay_s", "from slip to alarm, median", "ms", 1e3),
+        ("delay_s", "from slip to alarm, median of the lifts that slipped", "ms", 1e3),
     ):
-        known = np.array([row.get(key) is not None for row in rows])
+        values = scale * np.array([_figure(row, key) for row in rows])
+        known = ~np.isnan(values)
         if not known.any():
             continue
-        values = np.array([row[key] for row, own in zip(rows, known, strict=True) if own], float) * scale
-        half, most = (_quantile(values, weights[known], q) for q in (0.5, 0.95))
+        half, most = (_quantile(values[known], weights[known], q) for q in (0.5, 0.95))
         figures.append(
             {
                 "figure": figure,
-                "value": f"{half:.3g} {unit}".strip(),
-                "range": f"95 % of lifts below {most:.3g} {unit}".strip(),
+                "value": f"{half:.3g} {unit}".strip() if math.isfinite(half) else "none",
+                "range": f"95 % of lifts below {most:.3g} {unit}".strip()
+                if math.isfinite(most)
+                else "95 % of lifts: none",
             }
         )
     invalid_drops = share(lambda row: _is_invalid(row) and row["margin"] < 0)
@@ -247,6 +244,14 @@ def _figures(rows: Sequence[dict[str, Any]], estimate: Estimate) -> list[dict[st
         },
     ]
     return figures
+
+
+def _figure(row: dict[str, Any], key: str) -> float:
+    """Return a figure of a lift, NaN if it has none. The alarm about a slip that was never noticed comes never."""
+    value = row.get(key)
+    if key == "delay_s" and value is None and (row.get("slip_m") or 0.0) > NOTICEABLE_M:
+        return math.inf
+    return math.nan if value is None else float(value)
 
 
 def _is_invalid(row: dict[str, Any]) -> bool:

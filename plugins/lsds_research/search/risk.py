@@ -16,7 +16,8 @@ from lsds_research.search.objects import chosen_space
 from lsds_research.search.risk_options import RiskOptions
 from lsds_research.search.risk_plot import plot_risk
 from lsds_research.search.robustness import Limits
-from lsds_research.search.scenarios import Scenarios, not_holdable
+from lsds_research.search.scenarios import Scenarios, fixed_note, not_holdable, require_usable
+from lsds_research.search.space import held_fixed
 from lsds_research.search.split import Points, Probability, counted, split
 
 _COLUMNS = (
@@ -44,11 +45,13 @@ class RiskStudy:
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
         """Run the scenarios. Raises DataError for an unusable space or file, MissingExtra."""
         own = self._options
+        space, fixed = held_fixed(self._space, own.settings)
+        require_usable(space, self._complete, self._limits, own.settings)
         scenarios = Scenarios(self._limits, own.settings, own.out, own.jobs, own.cluster, self._firm)
         draw = _counting if self._plain else split
         answered, probability = scenarios.answer(
-            self._space,
-            draw(len(self._space), self._runs, self._seed),
+            space,
+            draw(len(space), self._runs, self._seed),
             self._margin,
             lambda done, asked: tick(done, max(self._runs, asked)),
             self._complete,
@@ -63,11 +66,12 @@ class RiskStudy:
         notes = [
             f"{method}; {stopped} runs were stopped by an expected error, which is not a failure",
             *not_holdable(rows),
+            *fixed_note(fixed),
         ]
         if not probability.estimate and probability.levels:
             notes.append("none failed on the last level: the probability is below the bound")
         return StudyResult(
-            f"probability of a failure over {len(self._space)} config keys (simulated)",
+            f"probability of a failure over {len(space) - len(fixed)} config keys (simulated)",
             _COLUMNS,
             [row],
             partial(plot_risk, margins=margins, limits=probability.levels),

@@ -10,6 +10,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from lsds.config import load_config
+from lsds.config.overrides import override_texts
 from lsds_research.cluster import shared_out
 from lsds_research.run_store import add_run, read_runs
 from lsds_research.search.robustness import Limits, least, run_scenario
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+DIED, NOT_RUN = "died", "not run"
+"""Outcomes of a scenario whose process ended, and whose lift could not begin; a resumed study runs them again."""
 NOT_HOLDABLE = "no firm grip holds it"
 """Outcome of a scenario that fails, and with a firm grip as well."""
 
@@ -59,7 +63,7 @@ class Scenarios:
         shared = shared_out(run_scenario, asked, self._jobs, self._cluster)
         for count, ((scenario, _, _), result) in enumerate(shared, start=len(scenarios) - len(missing) + 1):
             # A process that died is an unexpected failure.
-            outcome = result or {"margins": {"named": -1.0}, "outcome": "died", "fault": "the process died"}
+            outcome = result or {"margins": {"named": -1.0}, "outcome": DIED, "fault": "the process died"}
             way, margin = least(outcome["margins"])
             row = {"scenario": scenario, "way": way, "margin": margin, "simulated_s": 0.0} | outcome
             if self._firm and _is_lost(row):
@@ -74,7 +78,8 @@ class Scenarios:
     def _add(self, row: dict[str, Any]) -> None:
         key = self._key(row["scenario"])
         self._known[key] = row
-        add_run(self._kept, key, row)
+        if row["outcome"] not in (DIED, NOT_RUN):
+            add_run(self._kept, key, row)
 
     def _excuse(self, lost: Sequence[dict[str, Any]]) -> None:
         """Repeat scenarios that failed with firm grips, and add them; what all of these lose counts as no failure."""
@@ -127,6 +132,22 @@ class Scenarios:
     def _key(self, scenario: Scenario) -> str:
         firm = [self._firm] if self._firm else []
         return json.dumps([scenario, self._limits.slip_m, self._limits.peak, self._settings, *firm])
+
+
+def require_usable(
+    space: Sequence[Axis], complete: Callable[[Scenario], Scenario], limits: Limits, settings: Sequence[str]
+) -> None:
+    """Check the config in the middle of the space before scenarios are run. Raises ConfigError.
+
+    A scenario that cannot run fails in nothing: a mistake in the config would give a perfect result.
+    """
+    middle = complete(point_to_scenario(space, [0.5] * len(space)))
+    load_config(None, [*override_texts(middle), *limits.overrides(), *settings])
+
+
+def fixed_note(fixed: Sequence[str]) -> list[str]:
+    """Return a note on the keys of the space that the settings hold fixed, if there are some."""
+    return [f"not drawn, because the settings hold them fixed: {', '.join(fixed)}"] if fixed else []
 
 
 def not_holdable(rows: Sequence[dict[str, Any]]) -> list[str]:

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from lsds.config.overrides import parse_override
 from lsds.config.reading import read_toml
-from lsds.errors import DataError
+from lsds.errors import ConfigIssue, DataError
 from lsds_research.collecting.objects import PLANS
 
 Value = str | float | int | bool
@@ -70,13 +71,31 @@ def point_to_scenario(space: Sequence[Axis], point: Iterable[float]) -> Scenario
     return {axis.key: axis.value(float(u)) for axis, u in zip(space, point, strict=True)}
 
 
+def held_fixed(space: Sequence[Axis], settings: Iterable[str]) -> tuple[tuple[Axis, ...], list[str]]:
+    """Return the space with the axes of keys that settings hold fixed at their values, and those keys.
+
+    Settings count above drawn values: an axis of such a key would be drawn without an effect.
+    """
+    parsed = (parse_override(text) for text in settings)
+    values = {".".join(one[0]): one[1] for one in parsed if not isinstance(one, ConfigIssue)}
+    fixed = [axis.key for axis in space if axis.key in values]
+    held = (
+        Axis(axis.key, choices=(values[axis.key],), usual=values[axis.key]) if axis.key in values else axis
+        for axis in space
+    )
+    return tuple(held), fixed
+
+
 def read_space(path: Path) -> tuple[Axis, ...]:
     """Return the space that a TOML file describes: `"task.lift_speed_m_s" = [0.01, 0.1]`, or a list of choices.
 
     A list of two numbers is a range, of integers if both are integers. Any other list is one of choices, of which the
     first is usual. Raises DataError with the key.
     """
-    return tuple(_axis(path, key, entry) for key, entry in flat(read_toml(path)))
+    space = tuple(_axis(path, key, entry) for key, entry in flat(read_toml(path)))
+    if not space:
+        raise DataError(f'{path}: no key with a range (write "task.lift_speed_m_s" = [0.01, 0.1])')
+    return space
 
 
 def flat(tables: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
@@ -93,6 +112,8 @@ def _axis(path: Path, key: str, entry: Any) -> Axis:
     usual = next((axis.usual for axis in DEFAULT if axis.key == key), None)
     if len(entry) == 2 and all(isinstance(end, int | float) and not isinstance(end, bool) for end in entry):
         low, high = entry
+        if not (math.isfinite(low) and math.isfinite(high)):
+            raise DataError(f"{path}, {key}: the range {entry!r} has no end")
         if not low < high:
             raise DataError(f"{path}, {key}: the least value {low} is not below the greatest {high}")
         whole = isinstance(low, int) and isinstance(high, int)

@@ -21,10 +21,10 @@ from lsds_research.search.objects import chosen_space
 from lsds_research.search.options import SearchOptions
 from lsds_research.search.plot import plot_search
 from lsds_research.search.robustness import Limits
-from lsds_research.search.scenarios import Scenarios, not_holdable
+from lsds_research.search.scenarios import Scenarios, fixed_note, not_holdable, require_usable
 from lsds_research.search.seek import seek
 from lsds_research.search.shrink import shrunk
-from lsds_research.search.space import Scenario, point_to_scenario
+from lsds_research.search.space import Scenario, held_fixed, point_to_scenario
 
 _COLUMNS = (
     ("failure", "failure", ""),
@@ -35,6 +35,8 @@ _COLUMNS = (
 )
 SHRINKS = 48
 """Maximum number of runs to shrink one failure."""
+ATTEMPTS = 3
+"""Number of failures that are shrunk for each one that is wanted; chosen."""
 
 
 class SearchStudy:
@@ -47,10 +49,12 @@ class SearchStudy:
         self._space, self._firm, self._complete = chosen_space(options.space, random=options.random)
         self._limits = Limits(options.slip_mm * 1e-3, options.peak)
         self._settings = tuple(options.settings)
+        self._space, self._fixed = held_fixed(self._space, self._settings)
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
         """Search, shrink, save. Raises DataError for an unusable space or folder, MissingExtra."""
         options = self._options
+        require_usable(self._space, self._complete, self._limits, self._settings)
         self._scenarios = Scenarios(
             self._limits, self._settings, options.out, options.jobs, options.cluster, self._firm
         )
@@ -66,6 +70,7 @@ class SearchStudy:
             f"{len(failed)} of {len(rows)} scenarios failed; {sum(stopped.values())} were stopped by an "
             "expected error; margin: 1 is best, below 0 a failure",
             *not_holdable(rows),
+            *fixed_note(self._fixed),
         ]
         return StudyResult(
             f"search over {len(self._space)} config keys, {len(rows)} scenarios (simulated)",
@@ -92,7 +97,8 @@ class SearchStudy:
         settings = (*self._limits.overrides(), *self._settings)
         found: list[dict[str, Any]] = []
         seen: set[str] = set()
-        for row in failed:
+        # Failures with one cause shrink to the same scenario, and each costs many runs.
+        for row in failed[: ATTEMPTS * self._most]:
             if len(found) >= self._most:
                 break
             # The drawn keys are shrunk: without some of them, keys that were derived from them would no longer fit.

@@ -39,7 +39,8 @@ class StabilityStudy:
         found, failures = run_and_store(measured, points, options.out, options.jobs, options.cluster, tick)
         if not found:
             raise DataError(f"nothing could be measured; the first: {next(iter(failures.values()))}")
-        rows = summarized(of, points, found)
+        # A point that could not be measured does not pass.
+        rows = summarized(of, points, found | {each.key: {"figure": None} for each in points if each.key not in found})
         areas = safe_areas(of, rows)
         columns = (
             ("method", "method", ""),

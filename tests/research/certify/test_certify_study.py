@@ -23,13 +23,14 @@ def planted(monkeypatch):
     def certify(result, **options):
         def lift(scenario):
             asked.append(scenario[0])
+            certify.settings.append(scenario[2])
             return result(len(asked) - 1)
 
         monkeypatch.setattr(scenarios, "run_scenario", lift)
         study = CertifyStudy(CertifyOptions(runs=16, jobs=1, **options), BuildContext(WallClock(), 0))
         return study.run(lambda *_: None)
 
-    certify.asked = asked
+    certify.asked, certify.settings = asked, []
     return certify
 
 
@@ -71,3 +72,20 @@ def test_own_ranges_are_run_as_they_are_written(planted, tmp_path):
     )
     planted(lambda _: HELD | {"margins": {"holds": 1.0}}, space=str(space))
     assert all(0.2 <= scenario["task.lift_s"] <= 0.5 for scenario in planted.asked)
+
+
+def test_keys_of_the_rig_are_not_drawn_and_a_stated_limit_counts_above_its_own(planted, tmp_path):
+    rig = tmp_path / "rig.toml"
+    rig.write_text("seed = 3\n[task]\nlift_speed_m_s = 0.02\nmax_slip_m = 0.05\n")
+    result = planted(lambda _: HELD | {"margins": {"holds": 1.0}}, rig=str(rig), slip_mm=20)
+    assert {(scenario["seed"], scenario["task.lift_speed_m_s"]) for scenario in planted.asked} == {(3, 0.02)}
+    assert any("hold them fixed" in note and "task.lift_speed_m_s" in note for note in result.notes)
+    assert not any("max_slip_m" in text for text in planted.settings[0])
+
+
+def test_a_slip_that_was_never_noticed_has_no_alarm(planted):
+    lost = HELD | {"margins": {"holds": -1.0}, "slip_m": 0.06}
+    alarmed = HELD | {"margins": {"holds": 1.0}, "slip_m": 2e-3, "delay_s": 0.04}
+    result = planted(lambda count: alarmed if count < 1 else lost)
+    (row,) = [row for row in result.rows if "alarm" in row["figure"]]
+    assert (row["value"], row["range"]) == ("none", "95 % of lifts: none")

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 from lsds.config.overrides import override_texts
@@ -37,7 +40,7 @@ class Case:
     @property
     def pair(self) -> str:
         """Name of the settings in common with the run without a fault."""
-        rig = f" {self.rig}" if self.rig else ""
+        rig = f" {self.rig} {_digest(self.rig)}" if self.rig else ""
         return f"{self.controller} {self.detector} {self.seed} {' '.join(self.settings)}{rig}"
 
     def overrides(self) -> list[str]:
@@ -54,6 +57,15 @@ class Case:
             return overrides
         fault = {"backend": self.fault, "at": self.moment, "severity": self.severity or None}
         return [*overrides, *override_texts({"faults": [fault]})]
+
+
+@cache
+def _digest(rig: str) -> str:
+    """Return a digest of a rig file: another rig of the same name is another rig."""
+    try:
+        return hashlib.sha256(Path(rig).read_bytes()).hexdigest()[:12]
+    except OSError:
+        return "unreadable"
 
 
 def run_case(case: Case) -> dict[str, Any] | str:
