@@ -6,6 +6,7 @@ import json
 
 import pytest
 from lsds_research.studies.faults.paired import holm, mcnemar
+from lsds_research.studies.faults.study import _judged
 
 from lsds.cli.main import main
 
@@ -41,3 +42,40 @@ def test_a_stuck_gripper_is_stopped_a_dim_light_does_no_harm_on_any_number_of_pr
 def test_an_unknown_fault_is_named(capsys):
     assert main(["study", "faults", "--fault", "gripper-stuk"]) == 3
     assert "gripper-stuck" in capsys.readouterr().err
+
+
+def row(**own):
+    usual = {"error": None, "unnamed": False, "outcome": "held", "peak_n": 4.0, "began": True, "moment": "hold"}
+    return usual | {"apertures_m": {"hold": [0.030, 0.0301]}} | own
+
+
+@pytest.mark.parametrize(
+    ("own", "without", "verdict"),
+    [
+        ({}, {}, "harmless"),
+        ({"outcome": "dropped"}, {}, "missed"),
+        ({"error": "SafetyStop", "outcome": "fault"}, {}, "stopped"),
+        ({"error": "PluginError", "unnamed": True, "outcome": "fault"}, {}, "unnamed"),
+        ({"began": False, "error": "PluginError", "unnamed": True}, {}, ""),
+        ({"outcome": "dropped"}, {"outcome": "dropped"}, ""),
+        ({"outcome": "fault", "error": "SafetyStop"}, {"outcome": "fault", "error": "SafetyStop"}, ""),
+        ({}, {"outcome": "outside the model's validity"}, "harmless"),
+    ],
+)
+def test_the_verdict_on_a_run_with_a_fault(own, without, verdict):
+    """A crash counted as stopped, and a run whose fault never began, or without anything held, as harmless."""
+    assert _judged(row(**own), row(**without))["verdict"] == verdict
+
+
+@pytest.mark.parametrize(
+    ("own", "without", "opened"),
+    [
+        ([0.030, 0.0329], [0.030, 0.0301], True),
+        ([0.030, 0.0329], None, True),
+        ([0.030, 0.0329], [0.030, 0.0325], False),
+        (None, [0.030, 0.0301], False),
+    ],
+)
+def test_fingers_open_if_they_do_by_more_than_in_the_same_stage_without_the_fault(own, without, opened):
+    judged = _judged(row(apertures_m={"hold": own}), row(apertures_m={"hold": without}))
+    assert judged["opened"] is opened

@@ -78,7 +78,7 @@ def margins_of(session: Session) -> dict[str, float]:
     """
     verdict, fault = session.verdict, session.fault
     if fault is not None:
-        return {"named": -1.0 if _is_unnamed(fault) else STOPPED_MARGIN}
+        return {"named": -1.0 if is_unnamed(fault) else STOPPED_MARGIN}
     margins = {"holds": 1.0 if verdict.in_grip else -1.0}
     if verdict.slip_margin is not None:
         margins["slips little"] = max(-1.0, verdict.slip_margin)
@@ -89,7 +89,7 @@ def margins_of(session: Session) -> dict[str, float]:
     return margins
 
 
-def _is_unnamed(fault: BaseException) -> bool:
+def is_unnamed(fault: BaseException) -> bool:
     """Return whether an error is one that no part of the project raises on purpose."""
     return not isinstance(fault, LsdsError) or (isinstance(fault, PluginError) and fault.__cause__ is not None)
 

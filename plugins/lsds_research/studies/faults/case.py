@@ -6,15 +6,24 @@ import hashlib
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, get_args
 
 from lsds.config.overrides import override_texts
 from lsds.errors import LsdsError
 from lsds.session.run import run
+from lsds_research.search.robustness import is_unnamed
+from lsds_research.studies.faults.options import Moment
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lsds.contracts import CellTruth
 
 OPENED_BY_FAULT_M = 1e-3
 """Fingers around an object count as opened if their aperture grows by this since the fault, more than without it
 (m)."""
+FORMAT = 2
+"""Number of the format of a stored run; those of another format are run again."""
 KEYS: dict[str, Any] = {"task.lift_s": 1.2, "task.hold_s": 0.8}
 
 
@@ -35,7 +44,7 @@ class Case:
     @property
     def key(self) -> str:
         """Key of the stored run."""
-        return f"{self.pair} {self.fault} {self.severity} {self.moment}"
+        return f"{FORMAT} {self.pair} {self.fault} {self.severity} {self.moment}"
 
     @property
     def pair(self) -> str:
@@ -78,7 +87,7 @@ def run_case(case: Case) -> dict[str, Any] | str:
     summary, fault, truths = session.summary, session.fault, session.truths
     onset_ns = session.stages.began_ns(case.moment or "take up")
     held = [truth for truth in truths if onset_ns is not None and truth.t_ns >= onset_ns]
-    holds = bool(held) and held[0].normal_force_n > 0
+    moments = (case.moment,) if case.moment else get_args(Moment)
     return {
         "controller": case.controller,
         "detector": case.detector,
@@ -90,6 +99,7 @@ def run_case(case: Case) -> dict[str, Any] | str:
         "outcome": summary["outcome"],
         "sentence": session.verdict.sentence,
         "error": None if fault is None else type(fault).__name__,
+        "unnamed": fault is not None and is_unnamed(fault),
         "reason": summary["fault"],
         "unusable_frames": summary["unusable_frames"],
         "slip_mm": None if summary["slip_distance_m"] is None else 1e3 * summary["slip_distance_m"],
@@ -97,7 +107,15 @@ def run_case(case: Case) -> dict[str, Any] | str:
         "began": onset_ns is not None,
         # The time from the fault to the end of the run, after which there are no commands.
         "safe_s": (truths[-1].t_ns - held[0].t_ns) * 1e-9 if held and fault is not None else None,
-        # Aperture of fingers around an object when the fault begins, and the largest since.
-        "onset_m": held[0].aperture_m if holds else None,
-        "widest_m": max(truth.aperture_m for truth in held) if holds else None,
+        "apertures_m": {moment: _apertures_m(truths, session.stages.began_ns(moment)) for moment in moments},
     }
+
+
+def _apertures_m(truths: Sequence[CellTruth], since_ns: int | None) -> list[float] | None:
+    """Return the aperture of fingers around an object at a time, or at the first contact after it, and the largest
+    since; None if they never held anything."""
+    held = [truth for truth in truths if since_ns is not None and truth.t_ns >= since_ns]
+    first = next((at for at, truth in enumerate(held) if truth.normal_force_n > 0), None)
+    if first is None:
+        return None
+    return [held[first].aperture_m, max(truth.aperture_m for truth in held[first:])]

@@ -10,7 +10,13 @@ import numpy as np
 
 from lsds.session.pictures.figure import new_figure
 
-COLOURS = {"harmless": "#cfe8cf", "squeezed": "#f2dd8a", "stopped": "#7fa8d9", "missed": "#d9534f"}
+COLOURS = {
+    "harmless": "#cfe8cf",
+    "squeezed": "#f2dd8a",
+    "stopped": "#7fa8d9",
+    "missed": "#d9534f",
+    "unnamed": "#4a1a4f",
+}
 
 
 def plot_faults(path: Path, rows: Sequence[dict[str, Any]]) -> None:

@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 SQUEEZED = 2.0
 """Ratio of peak force to that of the run without the fault above which a run counts as squeezed."""
 EXPLAINED = (
-    "stopped: ended by an error with a name, arm at rest, grip kept; harmless: the same outcome as the run without the "
-    "fault; missed: another outcome, and no error; opened: fingers that held something opened by a millimetre more "
-    f"than without it; squeezed: harmless, but with more than {SQUEEZED:g} times the peak force; safe: time from the "
-    "fault to the stop"
+    "stopped: ended by an error that the project raises on purpose; unnamed: ended by another error; harmless: the "
+    "same outcome as the run without the fault; missed: another outcome, and no error; opened: fingers that held "
+    "something opened by a millimetre more than without it; squeezed: harmless, but with more than "
+    f"{SQUEEZED:g} times the peak force; safe: time from the fault to the stop"
 )
 _COLUMNS = (
     ("fault", "fault", ""),
@@ -39,6 +39,7 @@ _COLUMNS = (
     ("stopped", "stopped", ".2f"),
     ("harmless", "harmless", ".2f"),
     ("missed", "missed", ".2f"),
+    ("unnamed", "unnamed errors", "d"),
     ("opened", "opened", "d"),
     ("squeezed", "squeezed", ".2f"),
     ("safe_s", "safe after, s", ".2f"),
@@ -64,18 +65,32 @@ class FaultsStudy:
         judged = [_judged(row, alone[row["pair"]]) for row in rows if row["fault"] and row["pair"] in alone]
         if not judged:
             raise DataError(f"no run could be compared; the first failure: {next(iter(failures.values()), 'none')}")
+        judged, idle = [row for row in judged if row["verdict"]], [row for row in judged if not row["verdict"]]
+        if not judged:
+            raise DataError("no run could be judged: none of the faults began, or nothing was held without them")
         judged.sort(key=lambda row: (row["fault"], row["severity"], row["moment"], row["pair"]))
         table = [_summary(name, _of(judged, "fault", name)) for name in sorted({row["fault"] for row in judged})]
         table.append(_summary("all", judged))
-        late = sum(not row["began"] for row in judged)
-        notes = [EXPLAINED, *([f"{late} runs ended before their fault began"] if late else [])]
+        notes = [EXPLAINED]
+        if idle:
+            late = sum(not row["began"] for row in idle)
+            notes.append(
+                f"left out: {late} runs that ended before their fault began, and {len(idle) - late} whose run without "
+                "a fault does not hold the object"
+            )
         return StudyResult(
             f"{len(table) - 1} faults, {len(judged)} runs next to those without (simulated)",
             _COLUMNS,
             table,
             partial(plot_faults, rows=judged),
             notes,
-            {"runs": judged, "without": [*alone.values()], "failures": failures, "figures_are": "simulated"},
+            {
+                "runs": judged,
+                "left_out": idle,
+                "without": [*alone.values()],
+                "failures": failures,
+                "figures_are": "simulated",
+            },
             more=_compared(judged),
             warnings=[f"failed: {name}: {reason}" for name, reason in failures.items()],
         )
@@ -120,15 +135,19 @@ def _is_scaled(host: PluginHost, name: str) -> bool:
 
 
 def _judged(row: Row, alone: Row) -> Row:
-    stopped = row["error"] is not None
+    """Return a run with its verdict, "" if it shows nothing of the fault."""
+    comparable = row["began"] and _compared_outcome(alone) == Outcome.HELD
     same = _compared_outcome(row) == _compared_outcome(alone)
     peak, usual = row["peak_n"], alone["peak_n"]
     squeezed = bool(peak and usual and peak > SQUEEZED * usual)
-    verdict = "stopped" if stopped else "harmless" if same else "missed"
-    widest, usual_m = row["widest_m"], alone["widest_m"]
-    opened = widest is not None and usual_m is not None and widest > max(row["onset_m"], usual_m) + OPENED_BY_FAULT_M
+    stopped = "" if row["error"] is None else "unnamed" if row["unnamed"] else "stopped"
+    verdict = stopped or ("harmless" if same else "missed")
+    own, usual_m = row["apertures_m"][row["moment"]], alone["apertures_m"][row["moment"]]
+    # A run without the fault may not come to the stage at which it begins, as without a slip.
+    widest_m = [own[0], usual_m[1] if usual_m else own[0]] if own else []
+    opened = own is not None and own[1] > max(widest_m) + OPENED_BY_FAULT_M
     return row | {
-        "verdict": verdict,
+        "verdict": verdict if comparable else "",
         "squeezed": squeezed,
         "opened": opened,
         "outcome_without": alone["outcome"],
@@ -149,6 +168,7 @@ def _summary(name: str, rows: Sequence[Row]) -> Row:
         **{
             word: float(np.mean([row["verdict"] == word for row in rows])) for word in ("stopped", "harmless", "missed")
         },
+        "unnamed": sum(row["verdict"] == "unnamed" for row in rows),
         "opened": sum(row["opened"] for row in rows),
         "squeezed": float(np.mean([row["squeezed"] for row in rows])),
         "safe_s": float(np.median(safe)) if safe else None,
