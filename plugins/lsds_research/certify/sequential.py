@@ -4,15 +4,16 @@ The first quarter of the budget is drawn uniformly. A random forest fitted on it
 risk into strata (Dalenius and Hodges 1959); each further batch is drawn where it reduces the variance of the sum over
 the strata most (Neyman 1934, with predicted instead of known variances). Half-way the forest is fitted again. Runs
 that chose the strata do not count in them, so each stage is an estimate without bias; the stages are averaged by their
-numbers of runs. The interval is that of the posterior of all strata's failure rates: with Jeffreys' prior for the upper
-end, and for the lower one with that of the lower end of an exact interval (Clopper and Pearson 1934), because the
-priors of many small strata add up to more failures than there were.
+numbers of runs. The interval is the exact one (Clopper and Pearson 1934) of as many runs drawn evenly as would have the
+variance of that estimate (Korn and Graubard 1998). In the variance each stratum has one more run, at its predicted
+rate, because a stratum in which nothing failed is not certain to have no failures.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 
 from lsds.support.extras import require
 from lsds_research.metrics import auc
+from lsds_research.search.split import exact_bounds
 
 Points = list[NDArray[np.float64]]
 Floats = NDArray[np.float64]
@@ -28,8 +30,10 @@ RUNS_PER_BATCH = 16
 """Runs of a batch, whatever the number of processes, so that results do not depend on it."""
 STAGES = (0.25, 0.6, 1.0)
 """Shares of the budget at which the stages end."""
-POOL = 5_000
-"""Uniform points that represent the space: the size of a stratum is its share of them, to one percent."""
+LEAST_POOL = 5_000
+"""Minimum number of uniform points that represent the space; the size of a stratum is its share of them."""
+POOL_PER_RUN = 4
+"""Number of such points for each run of the whole budget, so that hardly any is drawn twice; chosen."""
 STRATA = 6
 """Number of strata into which a forest divides the space; chosen."""
 LEAST_STRATUM_RUNS = 4
@@ -38,10 +42,6 @@ TREES = 40
 """Number of trees of the forest that predicts the risk; chosen."""
 DOUBT = 0.3
 """Weight of the mean failure rate in the predicted rate of a stratum; chosen."""
-POSTERIOR_DRAWS = 4000
-"""Draws from the posterior of the probability."""
-JEFFREYS_PRIOR = 0.5
-"""Jeffreys' prior of a failure rate: Beta(1/2, 1/2)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,12 +63,16 @@ class Estimate:
 
 @dataclass
 class _Stage:
-    """Runs of one stage: stratum and margin of each; sizes and predicted failure rates of the strata."""
+    """Runs of one stage: stratum and margin of each; sizes and predicted failure rates of the strata.
+
+    The sizes are shares of `pool` points, 0 for a single stratum, whose size is known.
+    """
 
     sizes: Floats
     rates: Floats
     strata: list[int] = field(default_factory=list)
     margins: list[float] = field(default_factory=list)
+    pool: int = 0
 
     @property
     def counts(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -96,11 +100,15 @@ def sequential(
     points: list[Floats] = []
     margins: list[float] = []
     stages: list[_Stage] = []
-    for ends in STAGES:
-        stage, pool, stratum = _begun(dimensions, points, margins, rng, seed, describe)
+    for begins, ends in pairwise((0.0, *STAGES)):
+        whole = round(len(points) / begins) if begins else 0
+        size = max(LEAST_POOL, POOL_PER_RUN * whole)
+        stage, pool, stratum = _begun(dimensions, points, margins, rng, seed, describe, size)
+        # A point that is drawn again shows nothing new, so each is drawn once, in a random order.
+        left = [list(rng.permutation(np.flatnonzero(stratum == k))) for k in range(len(stage.sizes))]
         while not stage.margins or used(len(points)) < ends:
             own = _allotted(stage, rng)
-            chosen = [pool[rng.choice(np.flatnonzero(stratum == k))] for k in own]
+            chosen = [pool[left[k].pop() if left[k] else rng.choice(np.flatnonzero(stratum == k))] for k in own]
             answered = yield chosen
             stage.strata += own[: len(answered)]
             stage.margins += list(answered)
@@ -135,23 +143,24 @@ def _begun(
     rng: np.random.Generator,
     seed: int,
     describe: Describe,
+    size: int,
 ) -> tuple[_Stage, Floats, NDArray[np.intp]]:
     """Return a new stage, the pool of points and the stratum of each; one stratum where nothing is known."""
-    pool = rng.random((POOL, dimensions))
+    pool = rng.random((size, dimensions))
     failed = np.array(margins) < 0
     if not failed.any() or failed.all():
-        return _Stage(np.ones(1), np.full(1, 0.5)), pool, np.zeros(POOL, int)
+        return _Stage(np.ones(1), np.full(1, 0.5)), pool, np.zeros(size, int)
     risk = _forest(describe(points), failed, seed).predict_proba(describe(pool))[:, 1]
     # Equal parts of the sum of square roots of the variances: small strata where the outcome is uncertain.
     order = np.argsort(risk, kind="stable")
     spread = np.cumsum(np.sqrt(np.maximum(risk[order] * (1 - risk[order]), 1e-3)))
-    stratum = np.empty(POOL, int)
+    stratum = np.empty(size, int)
     stratum[order] = np.minimum((STRATA * spread / spread[-1]).astype(int), STRATA - 1)
     counts = np.bincount(stratum, minlength=STRATA)
     predicted = np.bincount(stratum, weights=risk, minlength=STRATA) / np.maximum(counts, 1)
     # A forest on few runs is too sure of itself.
     rates = (1 - DOUBT) * predicted + DOUBT * failed.mean()
-    return _Stage(counts / POOL, rates), pool, stratum
+    return _Stage(counts / size, rates, pool=size), pool, stratum
 
 
 def _forest(rows: Floats, failed: NDArray[np.bool_], seed: int) -> Any:
@@ -192,32 +201,31 @@ def _estimate(
     describe: Describe = np.array,
 ) -> Estimate:
     whole = len(points)
-    estimate, low, high = 0.0, np.zeros(POSTERIOR_DRAWS), np.zeros(POSTERIOR_DRAWS)
+    estimate, variance = 0.0, 0.0
     weights: list[float] = []
     for stage in stages:
         share = len(stage.margins) / whole
         runs, failed = stage.counts
         known = runs > 0
-        sizes = np.where(known, stage.sizes, 0.0)
-        sizes = sizes / sizes.sum()
-        estimate += share * float(np.sum(sizes[known] * failed[known] / runs[known]))
-        for k in np.flatnonzero(known):
-            held = runs[k] - failed[k]
-            low += share * sizes[k] * _least_rates(failed[k], held, rng)
-            high += share * sizes[k] * (1 - _least_rates(held, failed[k], rng, JEFFREYS_PRIOR))
-        weights += [share * sizes[k] / runs[k] for k in stage.strata]
+        sizes = stage.sizes[known] / stage.sizes[known].sum()
+        own, own_failed = runs[known], failed[known]
+        estimate += share * float(np.sum(sizes * own_failed / own))
+        # One more run at the predicted rate, so that a stratum without a failure is not certain to have none.
+        rates = (own_failed + stage.rates[known]) / (own + 1)
+        variance += share**2 * float(np.sum(sizes**2 * rates * (1 - rates) / np.maximum(own - 1, 1)))
+        if stage.pool:
+            middle = float(np.sum(sizes * rates))
+            variance += share**2 * middle * (1 - middle) / stage.pool
+        share_of = dict(zip(np.flatnonzero(known), share * sizes / own, strict=True))
+        weights += [share_of[k] for k in stage.strata]
     count = int(np.sum(np.array(margins) < 0))
-    least, most = float(np.quantile(low, 0.025)), float(np.quantile(high, 0.975))
-    # None of many failed: the interval begins at zero, all of it failed: it ends at one.
-    least, most = (0.0 if count == 0 else min(least, estimate)), (1.0 if count == whole else max(most, estimate))
+    if len(stages) == len(stages[0].sizes) == 1 or count in (0, whole):
+        least, most = exact_bounds(count, whole, 0.025)
+    else:
+        # As many runs drawn evenly would have this variance.
+        even = estimate * (1 - estimate) / variance
+        least, most = exact_bounds(estimate * even, even, 0.025)
     return Estimate(estimate, least, most, count, whole, np.array(weights), _auc(describe(points), margins, seed))
-
-
-def _least_rates(failed: int, held: int, rng: np.random.Generator, prior: float = 0.0) -> Floats:
-    """Draw rates from the posterior with the least prior for failures: that of the lower end of an exact interval."""
-    if not failed:
-        return np.zeros(POSTERIOR_DRAWS)
-    return rng.beta(failed + prior, held + 1 - prior, POSTERIOR_DRAWS)
 
 
 def _auc(rows: Floats, margins: Sequence[float], seed: int) -> float:

@@ -48,13 +48,21 @@ class Probability:
 
 
 def counted(failed: int, runs: int) -> Probability:
-    """Return the probability by plain counting, with the bounds of Clopper and Pearson (1934)."""
+    """Return the probability by plain counting, with bounds of 95 % each."""
+    return Probability(failed / runs, *exact_bounds(failed, runs, 0.05), (), failed, runs)
+
+
+def exact_bounds(failed: float, runs: float, outside: float) -> tuple[float, float]:
+    """Return the bounds of a failure rate, each wrong with the probability `outside` (Clopper and Pearson 1934).
+
+    The counts need not be whole. Raises MissingExtra without scipy.
+    """
     require("scipy", extra="search", purpose="a probability")
     from scipy.stats import beta
 
-    low = float(beta.ppf(0.05, failed, runs - failed + 1)) if failed else 0.0
-    high = float(beta.ppf(0.95, failed + 1, runs - failed)) if failed < runs else 1.0
-    return Probability(failed / runs, low, high, (), failed, runs)
+    low = float(beta.ppf(outside, failed, runs - failed + 1)) if failed else 0.0
+    high = float(beta.ppf(1 - outside, failed + 1, runs - failed)) if failed < runs else 1.0
+    return low, high
 
 
 def split(dimensions: int, runs: int, seed: int) -> Generator[Points, Sequence[float], Probability]:

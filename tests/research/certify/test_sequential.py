@@ -48,11 +48,15 @@ def test_where_none_or_all_fail_the_interval_ends_at_zero_or_one(margin, ends):
 
 
 def test_runs_go_where_failures_are():
-    margin, _ = planted(2, 0.05)
-    estimate, points = answered(sequential(DIMENSIONS, budget(320), 3), margin)
-    failed = np.array([margin(point) < 0 for point in points])
-    assert failed[-RUNS_PER_BATCH * 8 :].mean() > 1.5 * 0.05
-    assert estimate.auc > 0.8
+    shares = []
+    for seed in range(1, 5):
+        margin, _ = planted(seed, 0.05)
+        estimate, points = answered(sequential(DIMENSIONS, budget(320), seed + 1), margin)
+        failed = np.array([margin(point) < 0 for point in points])
+        shares.append(failed[-RUNS_PER_BATCH * 8 :].mean())
+        assert estimate.auc > 0.7
+        assert len({tuple(point) for point in points}) == len(points), "a point that is drawn again shows nothing new"
+    assert np.mean(shares) > 1.25 * 0.05
 
 
 @pytest.mark.slow
@@ -68,7 +72,7 @@ def test_the_interval_of_a_quick_certificate_contains_the_probability(share):
 
 def test_strata_without_failures_do_not_raise_the_lower_end():
     """One failure in 96 runs over six strata; the probability may be nearly zero."""
-    stage = _Stage(np.full(6, 1 / 6), np.full(6, 0.5), [k % 6 for k in range(96)], [-1.0] + [1.0] * 95)
+    stage = _Stage(np.full(6, 1 / 6), np.full(6, 0.02), [k % 6 for k in range(96)], [-1.0] + [1.0] * 95)
     estimate = _estimate([stage], [np.zeros(2)] * 96, stage.margins, np.random.default_rng(0), 0)
     assert estimate.least < 0.002
     assert 0.03 < estimate.most < 0.1
@@ -76,7 +80,7 @@ def test_strata_without_failures_do_not_raise_the_lower_end():
 
 def test_the_priors_of_many_strata_do_not_raise_the_lower_end():
     """One failure in each of 18 strata of 8 runs: 18 of 144 as a plain count, whose interval begins at 7.6 %."""
-    sizes, rates = np.full(18, 1 / 18), np.full(18, 0.5)
+    sizes, rates = np.full(18, 1 / 18), np.full(18, 0.1)
     stage = _Stage(sizes, rates, [k % 18 for k in range(144)], [-1.0] * 18 + [1.0] * 126)
     estimate = _estimate([stage], [np.zeros(2)] * 144, stage.margins, np.random.default_rng(0), 0)
     assert estimate.least < 0.076
@@ -93,5 +97,5 @@ def test_95_percent_of_the_intervals_contain_the_probability(share):
         covered.append(estimate.least <= true <= estimate.most)
         narrower.append((estimate.most - estimate.least) / (counted.most - counted.least))
     assert np.mean(covered) >= 0.9
-    if share >= 0.2:
+    if share >= 0.05:
         assert np.median(narrower) < 1.0
