@@ -66,7 +66,7 @@ def simulate(
     if jobs > 1 and figures is not None:
         _require_sendable(figures)
     items = [(number, _plain(scenario)) for number, scenario in enumerate(scenarios)]
-    return _results(items, jobs, partial(_run_one, figures=figures, truths=truths))
+    return _results(items, jobs, partial(_run_one, figures=figures, truths=truths, sends=jobs > 1))
 
 
 def _require_sendable(figures: Callable[[Session], Any]) -> None:
@@ -106,6 +106,7 @@ def _run_one(
     *,
     figures: Callable[[Session], Any] | None,
     truths: bool,
+    sends: bool = False,
 ) -> SimulatedRun:
     number, scenario = item
     try:
@@ -123,7 +124,10 @@ def _run_one(
     if figures is None:
         return result
     try:
-        return replace(result, figures=figures(session))
+        found = figures(session)
+        if sends:
+            _require_sendable(found)
+        return replace(result, figures=found)
     except Exception as error:
         named = getattr(figures, "__name__", "figures")
         return replace(result, error=f"{named} raised {type(error).__name__}: {error}")

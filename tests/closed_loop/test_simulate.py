@@ -111,3 +111,14 @@ def test_what_is_no_scenario_is_named(wrong):
         lsds.simulate([wrong])
     with pytest.raises(DataError, match="jobs = 0"):
         lsds.simulate([], jobs=0)
+
+
+def unsendable(session):
+    return lambda: session
+
+
+def test_a_result_that_cannot_be_sent_is_an_error_of_its_scenario():
+    results = by_number(lsds.simulate([QUICK, ["task.lift=1"]], jobs=2, figures=unsendable))
+    assert "cannot be sent to other processes" in results[0].error
+    assert results[0].verdict.outcome == "held"
+    assert results[1].error.startswith("ConfigError")

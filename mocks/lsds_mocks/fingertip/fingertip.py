@@ -98,6 +98,8 @@ class SimulatedFingertip:
         options = ContactOptions() if options is None else options
         if not isinstance(options, ContactOptions):
             raise DataError(f'fingertip: options are {options!r}; pass ContactOptions(object="can"), for example')
+        if not isinstance(look, GelSightOptions | None):
+            raise DataError(f"fingertip: look is {look!r}; pass GelSightOptions(gel=7), for example")
         if seed < 0:
             raise DataError(f"fingertip: seed is {seed}; pass 0 or more")
         if side not in ("front", "back"):
@@ -153,6 +155,8 @@ class SimulatedFingertip:
         """
         if not pad_kg > 0:
             raise DataError(f"fingertip: mass of a pad is {pad_kg} kg; pass more than 0, or math.inf for a fixed one")
+        if object_kg is not None and not object_kg > 0:
+            raise DataError(f"fingertip: mass of an object is {object_kg} kg; pass more than 0")
         of = self.options
         # A push at the grip also turns an object that is gripped away from its middle, as if its mass were less.
         off_centre = (of.grip_height_mm - of.length_mm / 2) / of.length_mm
@@ -182,11 +186,12 @@ class SimulatedFingertip:
             raise DataError(
                 "fingertip: poses of pad and object are not Pose; make them with Pose.of(position, rotation)"
             )
-        if not (math.isfinite(dt_s) and dt_s > 0):
-            raise DataError(f"fingertip: time step is {dt_s} s; pass a positive number of seconds")
+        if not (isinstance(dt_s, int | float | np.floating) and math.isfinite(dt_s) and dt_s > 0):
+            raise DataError(f"fingertip: time step is {dt_s!r} s; pass a positive number of seconds")
         if normal_n is not None and not math.isfinite(normal_n):
             raise DataError(f"fingertip: normal force is {normal_n} N; check whether the scene's simulation diverged")
-        seen = target.seen_from(pad).checked("fingertip: pose of pad or object")
+        pad, target = pad.checked("fingertip: pose of the pad"), target.checked("fingertip: pose of the object")
+        seen = target.seen_from(pad)
         self._time_s += dt_s
         # Behind the gel an object is out of reach. One that lies in it from behind hints at a pad with a wrong z.
         behind = float(seen.position_m[2]) < -self._outline.half_m - self._thickness_m
@@ -225,7 +230,7 @@ class SimulatedFingertip:
             self.gel.commit()
         self._seen = None
         self._place = ORIGIN
-        self._speed = NO_MOTION
+        self._speed = self._lead = NO_MOTION
         self._indentation_m = 0.0
         self._pressed = None
         self._reaction: Reaction = NO_REACTION
@@ -254,8 +259,10 @@ class SimulatedFingertip:
             moved = _moved_at(self._rolled_m, motion_between(self._seen, seen))
             depth += touch.indentation_m - self._indentation_m
         speed = Motion(*(part / dt_s for part in moved))
-        ahead = [part + dt_s * (new - old) for part, new, old in zip(moved, speed, self._speed, strict=True)]
-        self._seen, self._speed = seen, speed
+        # The gel leads the object by a step; the lead of the step before is taken back, however long that was.
+        lead = Motion(*(dt_s * part for part in speed))
+        ahead = [part + new - old for part, new, old in zip(moved, lead, self._lead, strict=True)]
+        self._seen, self._speed, self._lead = seen, speed, lead
         self._indentation_m = touch.indentation_m
         if normal_n is None:
             depth = min(max(depth, 0.0), self._thickness_m)

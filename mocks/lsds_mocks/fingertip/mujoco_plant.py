@@ -137,7 +137,9 @@ class MujocoPlant(Physics):
         if not data.ncon:
             return False
         own = int(model.body_weldid[self._target])
-        pairs = model.body_weldid[model.geom_bodyid[data.contact.geom]].tolist()
+        geoms = data.contact.geom
+        # A contact of a flex has no geom.
+        pairs = np.where(geoms >= 0, model.body_weldid[model.geom_bodyid[geoms]], -1).tolist()
         return any(own in pair and not self._pad_bodies & set(pair) for pair in pairs)
 
 
@@ -152,6 +154,8 @@ def _model(options: MujocoCellOptions, tip: SimulatedFingertip) -> tuple[Any, An
     else:
         step_s = longest_step_s(min(tip.stable_step_s(PAD_KG), options.step_ms * 1e-3))
         model = engine.MjModel.from_xml_string(pipe_mjcf(options, step_s=step_s, grip="aperture"))
+    if not model.opt.timestep > 0:
+        raise DataError(f"scene = {options.scene}: its time step is {model.opt.timestep:g} s; make it positive")
     parts = options.step_ms * 1e-3 / float(model.opt.timestep)
     if parts < 1 or abs(parts - round(parts)) > 1e-6:
         raise DataError(

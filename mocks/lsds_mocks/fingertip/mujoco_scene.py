@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
 Mode = Literal["feel", "see"]
 
+EDGE_M = 1e-4
+"""How far a contact may lie outside of the pad and still be on it, m: those of an edge are on the edge; chosen."""
+
 
 class MujocoFingertip:
     """One fingertip on a pad of a MuJoCo model.
@@ -107,22 +110,26 @@ class MujocoFingertip:
         return False
 
     def contact_force(self) -> float | None:
-        """Return the sum of MuJoCo's normal forces between pad and object (N); None without a contact."""
-        found = self.contacts()
+        """Return by how much MuJoCo's contacts on the pad press along its normal (N); None without one.
+
+        The body of a pad may touch the object with other parts, too, as a ledge, or another pad.
+        """
+        contact = self.data.contact
+        found = [i for i in self.contacts() if self._is_over(contact.pos[i])]
         if not found:
             return None
-        engine = mujoco_engine()
+        engine, across = mujoco_engine(), self.pad_pose().rotation[:, 2]
         total, force = 0.0, np.zeros(6)
         for i in found:
             engine.mj_contactForce(self.model, self.data, i, force)
-            total += float(force[0])
+            total += abs(float(force[0] * (contact.frame[i, :3] @ across)))
         return total
 
     def _is_over(self, position_m: NDArray[np.float64]) -> bool:
         """Return whether a position in the world is on the pad."""
         pad = self.pad_pose()
         here = pad.rotation.T @ (position_m - pad.position_m)
-        return bool((np.abs(here) <= self.tip.reach_m).all())
+        return bool((np.abs(here) <= np.add(self.tip.reach_m, EDGE_M)).all())
 
 
 class MujocoScene:

@@ -40,6 +40,8 @@ class Pose(NamedTuple):
 
     def checked(self, name: str) -> Pose:
         """Return this pose; raise DataError, which names it, if a value is not finite."""
+        if not (isinstance(self.position_m, np.ndarray) and isinstance(self.rotation, np.ndarray)):
+            raise DataError(f"{name}: position and rotation are no arrays; make it with Pose.of(position, rotation)")
         if not math.isfinite(self.position_m.sum() + self.rotation.sum()):
             raise DataError(f"{name}: a value is not finite; check whether the scene's simulation diverged")
         return self

@@ -171,7 +171,7 @@ class WinklerGel:
         k = self._k
         fx, fy = np.dot(moved, scale, out=self._force).tolist()
         torque = 0.0
-        if dtheta_rad or fx:
+        if dtheta_rad or fx or fy:
             torque = k * float((self._points[0] * self._try_y - self._points[1] * self._try_x) @ scale)
         self._tried_stuck = int(np.count_nonzero(np.greater_equal(scale, SLIDING_SCALE, out=self._holds)))
         return Reaction(k * fx, k * fy, torque, k * self._tried_stuck, self._loaded[1])

@@ -346,3 +346,43 @@ def test_a_new_trial_forgets_slip_and_what_made_results_invalid():
     tip.restart()
     truth = tip.truth()
     assert (truth.time_s, truth.slip_distance_m, truth.invalid) == (0.0, 0.0, ())
+
+
+@pytest.mark.parametrize("fidelity", ["winkler", "auto"])
+def test_the_force_of_a_motion_does_not_depend_on_how_the_time_steps_change(fidelity):
+    """A longer step left a false shear for ever: the lead of the step before was taken back at its length."""
+    forces = []
+    for moving_s, resting_s in ((1e-3, 1e-3), (5e-4, 2e-3)):
+        tip = fingertip(fidelity=fidelity)
+        for y_um in (0, 0, 0, 0, 0, 5, 10, 15, 20):
+            tip.step(PAD, at(5e-4, y_m=1e-6 * y_um), moving_s)
+        for _ in range(20):
+            wrench = tip.step(PAD, at(5e-4, y_m=2e-5), resting_s)
+        forces.append(wrench[1])
+    assert forces[0] < -0.01
+    assert forces[1] == pytest.approx(forces[0], rel=0.02)
+
+
+def test_a_slide_along_y_alone_has_the_torque_of_its_shear():
+    tip = SimulatedFingertip(CellOptions(object="sponge", fidelity="winkler", texture_amplitude=0.08), seed=1)
+    for k in range(400):
+        tip.step(PAD, at(4e-4, y_m=2e-6 * k, half_m=tip._outline.half_m), 1e-3)
+    state, (x, y) = tip.gel.state(), tip.gel.points_m
+    own_nm = float(x @ state.shear_n[1] - y @ state.shear_n[0])
+    assert abs(own_nm) > 1e-4
+    assert abs(tip.truth().torque_nm) == pytest.approx(abs(own_nm), rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        (lambda tip: tip.stable_step_s(0.5, 0.0), "mass of an object is 0"),
+        (lambda tip: tip.stable_step_s(0.5, -1.0), "mass of an object is -1"),
+        (lambda tip: tip.step(PAD, at(1e-4), "0.002"), "time step is '0.002' s"),
+        (lambda tip: tip.step(PAD, Pose([0, 0, 0.01], [[1, 0, 0], [0, 1, 0], [0, 0, 1]]), DT_S), "are no arrays"),
+        (lambda tip: SimulatedFingertip(None, {"gel": 7}), "look is"),
+    ],
+)
+def test_what_is_no_mass_step_pose_or_look_is_named(asked, message):
+    with pytest.raises(DataError, match=message):
+        asked(fingertip())

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import pytest
 from lsds_mocks.cell.options import CellOptions
+from lsds_mocks.fingertip.mujoco_options import MujocoCellOptions
+from lsds_mocks.fingertip.mujoco_plant import MujocoPlant
 from lsds_mocks.fingertip.pipe import pipe_mjcf
 
 import lsds
 from lsds.config import load_config
-from lsds.errors import ConfigError
+from lsds.errors import ConfigError, DataError
 from tests.mocks.fingertip import closed_loop
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install '.[mujoco]'")
@@ -102,3 +104,31 @@ def test_the_same_grip_holds_in_both_cells(name):
     assert own.held == other.held == 5
     assert other.steady_n == pytest.approx(own.steady_n, rel=0.05)
     assert other.slip_mm == pytest.approx(own.slip_mm, abs=0.7)
+
+
+def scene_with(tmp_path, old, new):
+    text = pipe_mjcf(CellOptions(fidelity="winkler"), step_s=1e-3, grip="aperture")
+    assert old in text
+    (tmp_path / "scene.xml").write_text(text.replace(old, new, 1), encoding="utf-8")
+    return MujocoCellOptions(fidelity="winkler", scene=str(tmp_path / "scene.xml"))
+
+
+def test_a_scene_without_a_time_step_is_named(tmp_path):
+    with pytest.raises(DataError, match="time step is 0 s; make it positive"):
+        MujocoPlant(scene_with(tmp_path, 'timestep="0.001"', 'timestep="0"'), [1])
+
+
+def test_a_cloth_on_the_floor_does_not_support_the_object(tmp_path):
+    """Contacts of a flex have no geom; they counted as those of the last one."""
+    cloth = (
+        '<flexcomp name="cloth" type="grid" dim="2" count="4 4 1" spacing=".05 .05 .05" pos="0.6 0 0.004" '
+        'radius=".005" mass="0.1"><contact selfcollide="none"/></flexcomp></worldbody>'
+    )
+    plant = MujocoPlant(scene_with(tmp_path, "</worldbody>", cloth), [1])
+    model, data = plant._scene.model, plant._scene.data
+    for _ in range(5):
+        plant.step(2e-3)
+    data.qpos[model.jnt_qposadr[model.body("object").jntadr[0]] + 2] += 0.3
+    plant.step(2e-3)
+    assert data.ncon
+    assert not plant._is_supported()

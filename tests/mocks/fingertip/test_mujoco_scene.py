@@ -448,3 +448,24 @@ def test_a_wall_is_stable_at_every_step():
     with pytest.raises(DataError, match="deep in a gel"):
         moved.wrenches(1e-3)
     assert SimulatedFingertip(pipe()).stable_step_s(math.inf, math.inf) == math.inf
+
+
+LEDGE = """<mujoco><option timestep="0.001"/><worldbody>
+<body name="finger" pos="0 0 0.1"><joint type="slide" axis="0 0 1" stiffness="1e6" damping="1000"/>
+<geom type="box" size="0.004 0.0125 0.010" pos="-0.004 0 0" mass="1"/>
+<geom type="box" size="0.03 0.0125 0.002" pos="0.026 0 -0.012" mass="0.1"/>
+<site name="pad" xyaxes="0 -1 0 0 0 -1"/></body>
+<body name="obj" pos="0.0125 0 0.11"><freejoint/><geom type="box" size="0.0124 0.02 0.02" mass="0.3"/>
+<site name="held" xyaxes="0 -1 0 0 0 -1"/></body></worldbody></mujoco>"""
+
+
+def test_what_the_finger_carries_beside_its_pad_does_not_press_on_the_pad():
+    """An object on a ledge of the finger, clear of the pad, showed its whole weight as normal force."""
+    model = mujoco.MjModel.from_xml_string(LEDGE)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    size = {"shape": "box", "diameter_mm": 24.8, "width_mm": 40.0, "length_mm": 40.0, "grip_height_mm": 20.0}
+    tip = SimulatedFingertip(CellOptions(**EVEN, **size))
+    scene = MujocoScene(model, data, [MujocoFingertip(model, data, tip, pad="pad", target="held")], mode="see")
+    scene.step(600)
+    assert tip.truth().normal_force_n < 0.01
