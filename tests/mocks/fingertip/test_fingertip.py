@@ -350,7 +350,7 @@ def test_a_new_trial_forgets_slip_and_what_made_results_invalid():
 
 @pytest.mark.parametrize("fidelity", ["winkler", "auto"])
 def test_the_force_of_a_motion_does_not_depend_on_how_the_time_steps_change(fidelity):
-    """A longer step left a false shear for ever: the lead of the step before was taken back at its length."""
+    """A longer step left a lasting false shear: the lead of the step before was taken back at its length."""
     forces = []
     for moving_s, resting_s in ((1e-3, 1e-3), (5e-4, 2e-3)):
         tip = fingertip(fidelity=fidelity)

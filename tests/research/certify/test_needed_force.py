@@ -38,7 +38,9 @@ def test_a_forest_with_them_ranks_lifts_that_are_too_heavy_for_their_friction_be
         keys = completed(point_to_scenario(OBJECTS, point))
         return 1.5 - keys["cell.simulated.mass_kg"] / keys["cell.simulated.static_friction"]
 
-    aucs = [
-        answered(sequential(len(OBJECTS), budget(96), 4, **given), margin)[0].auc for given in ({}, {"describe": loads})
-    ]
-    assert aucs[1] > 0.9 > aucs[0]
+    without, with_them = (
+        np.mean([answered(sequential(len(OBJECTS), budget(96), seed, **given), margin)[0].auc for seed in (4, 5, 6)])
+        for given in ({}, {"describe": loads})
+    )
+    assert with_them > 0.9
+    assert with_them > without + 0.03

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 OPENED_BY_FAULT_M = 1e-3
 """Fingers around an object count as opened if their aperture grows by this since the fault, more than without it
 (m)."""
-FORMAT = 2
+RUN_FORMAT = 2
 """Number of the format of a stored run; those of another format are run again."""
 KEYS: dict[str, Any] = {"task.lift_s": 1.2, "task.hold_s": 0.8}
 
@@ -44,7 +44,7 @@ class Case:
     @property
     def key(self) -> str:
         """Key of the stored run."""
-        return f"{FORMAT} {self.pair} {self.fault} {self.severity} {self.moment}"
+        return f"{RUN_FORMAT} {self.pair} {self.fault} {self.severity} {self.moment}"
 
     @property
     def pair(self) -> str:
