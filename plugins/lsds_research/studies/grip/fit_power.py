@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 SQUEEZES_M = (1e-3, 3e-3)
 """The two squeezes between which the power is measured, m; chosen: a first squeeze, and a grip that has been closed."""
+BEYOND = 1.5
+"""Ratio of the squeeze that is asked for to the measured one, because it counts from the noticed touch; chosen."""
 ROUND, LONG, FLAT = "round", "long", "flat"
 """Kinds of contacts: one that ends within the pad, one that crosses it, one without a normal force by the imprint."""
 
@@ -52,7 +54,7 @@ def grown(which: tuple[int, int]) -> Grown | None:
 
     forces_n = []
     for squeeze_m in SQUEEZES_M:
-        asked = ("task.lift_s=0.05", "task.hold_s=0.05", f"task.first_squeeze_m={1.1 * squeeze_m}")
+        asked = ("task.lift_s=0.05", "task.hold_s=0.05", f"task.first_squeeze_m={BEYOND * squeeze_m}")
         truths = run(None, (*each.lift("off", each.squeeze_mm).overrides(), *asked), observe=take).truths
         pressed = [(truth.aperture_m, truth.normal_force_n) for truth in truths if truth.normal_force_n > LEAST_N]
         if not pressed:
