@@ -16,6 +16,7 @@ from lsds.grip.rising_load import RisingLoad
 from lsds.tactile.bridging import VelocityBridge
 from lsds.tactile.carried_load import LEAST_EVIDENCE_N, MEDIAN_FRAMES, CarriedLoad
 from lsds.tactile.contact_load import speed_of
+from lsds.tactile.contact_size import half_length_of
 from lsds.tactile.touch_offset import LEAST_STD_M, TouchOffset
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ ROUND_M = 7e-3
 """Half-length below which a contact ends within the pad and is round, m: spheres of 10 to 44 mm begin with 1.8 to
 6.3 mm, cylinders and edges cross the pad and have 8.8 mm or more (simulated)."""
 ROUND_ADDS = 0.3
-"""By how much the power of the squeeze is greater for a round contact."""
+"""By how much the power of the squeeze is greater for a round contact (`lsds_research.studies.grip.fit_power`)."""
 FALLS_M_S = 0.04
 """Minimum speed of a slide in the air, m/s: an object of which friction carries nine tenths reaches it in 40 ms."""
 WALK_M_S = 0.14
@@ -172,7 +173,7 @@ class GripObserver:
         # A job begins to act when the fingers rest, so the first squeeze has settled.
         if len(self._normals) < MEDIAN_FRAMES and not all(finger.skipped for finger in seen.fingers):
             settled = math.isfinite(squeeze_m) and (self._squeezes == 1 or rests_s > SETTLES_S)
-            self._see_normal(load.normal_n, squeeze_m, settled=settled)
+            self._see_normal(seen.fingers, squeeze_m, settled=settled)
         self._doubts = self._doubts + 1 if load.doubted else 0
         if self._doubts == MEDIAN_FRAMES:
             self.belief.doubt_normal()
@@ -217,14 +218,16 @@ class GripObserver:
             "required_m": self._required_m,
         }
 
-    def _see_normal(self, normal_n: float, squeeze_m: float, *, settled: bool) -> None:
+    def _see_normal(self, fingers: Sequence[FingerCycle], squeeze_m: float, *, settled: bool) -> None:
         """Take the normal force of a frame; once enough have settled, the belief knows their median."""
+        normal_n = self.load.normal_n
         if not (settled and normal_n > 0):
             self._normals.clear()
             self._half_lengths_m.clear()
             return
         self._normals.append(normal_n)
-        self._half_lengths_m.append(self.load.half_length_m)
+        lengths_m = (half_length_of(finger.observation.contact) for finger in fingers)
+        self._half_lengths_m.append(max(filter(math.isfinite, lengths_m), default=math.nan))
         if len(self._normals) == MEDIAN_FRAMES:
             if median(self._half_lengths_m) < ROUND_M:
                 self._become_round(squeeze_m)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds
 from lsds.tactile.contact_load import pull_of
-from lsds.tactile.contact_size import half_length_of, reach_of
+from lsds.tactile.contact_size import reach_of
 
 if TYPE_CHECKING:
     from lsds.contracts import ContactLoad, FingerCycle
@@ -35,22 +35,19 @@ class CarriedLoad:
     """`now_n` is the newest load per finger, `greatest_n` the maximum of the last `REMEMBERED_S`, of medians that
     suppress single frames; N, NaN if unknown.
 
-    `reach_m` is the least reach of a finger's contact along its load, and `half_length_m` the greatest of one in its
-    longest direction (`lsds.tactile.contact_size`), NaN if unknown.
+    `reach_m` is the least reach of a finger's contact along its load (`reach_of`), NaN if unknown.
     `stale` is true if some finger measures no load now, so that its last one is used, and `fresh` if some finger does
     measure one. `normals_n` are the normal forces by finger and `normal_n` is the greatest, NaN if they are empty. An
     estimate that could not carry the load is left out, as that of a bump of a smooth face; `doubted` is true then.
     """
 
     def __init__(self) -> None:
-        self.now_n = self.greatest_n = self.normal_n = math.nan
-        self.reach_m = self.half_length_m = math.nan
+        self.now_n = self.greatest_n = self.normal_n = self.reach_m = math.nan
         self.stale = self.fresh = self.doubted = False
         self.normals_n: dict[str, float] = {}
         self._began_ns: int | None = None
         self._zero: dict[str, ContactLoad] = {}
         self._reach_m: dict[str, float] = {}
-        self._half_length_m: dict[str, float] = {}
         self._last: dict[str, deque[float]] = {}
         self._seen_ns: dict[str, int] = {}
         self._loads: deque[tuple[int, float]] = deque()
@@ -70,7 +67,6 @@ class CarriedLoad:
                 self._seen_ns[finger.finger] = finger.observation.t_ns
                 self._take(finger, load, t_ns)
         self.reach_m = min(filter(math.isfinite, self._reach_m.values()), default=math.nan)
-        self.half_length_m = max(filter(math.isfinite, self._half_length_m.values()), default=math.nan)
         known = {name: normal_n for name, normal_n in normals.items() if 0 < normal_n < math.inf}
         self.normals_n = {
             name: normal_n
@@ -102,6 +98,4 @@ class CarriedLoad:
             self._zero[name] = load
         carried = load.since(self._zero[name])
         self._last.setdefault(name, deque(maxlen=MEDIAN_FRAMES)).append(pull_of(carried))
-        contact = finger.observation.contact
-        self._reach_m[name] = reach_of(contact, carried.shear_n)
-        self._half_length_m[name] = half_length_of(contact)
+        self._reach_m[name] = reach_of(finger.observation.contact, carried.shear_n)

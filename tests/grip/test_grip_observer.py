@@ -261,7 +261,7 @@ def test_a_normal_force_that_cannot_carry_the_load_is_taken_back():
 
 @pytest.mark.parametrize(("half_length_m", "adds"), [(3e-3, ROUND_ADDS), (9e-3, 0.0), (math.nan, 0.0)])
 def test_the_limit_of_a_round_contact_grows_with_a_greater_power(half_length_m, adds, monkeypatch):
-    monkeypatch.setattr("lsds.tactile.carried_load.half_length_of", lambda contact: half_length_m)
+    monkeypatch.setattr("lsds.grip.observer.half_length_of", lambda contact: half_length_m)
     observer = GripObserver(GripOptions(), 0.12)
     for k in range(4):
         finger = seen_by("finger", k * FRAME_NS, pressing(2.0))

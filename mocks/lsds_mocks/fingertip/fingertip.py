@@ -230,7 +230,7 @@ class SimulatedFingertip:
             self.gel.commit()
         self._seen = None
         self._place = ORIGIN
-        self._speed = self._lead = NO_MOTION
+        self._speed = self._moved = NO_MOTION
         self._indentation_m = 0.0
         self._pressed = None
         self._reaction: Reaction = NO_REACTION
@@ -259,10 +259,9 @@ class SimulatedFingertip:
             moved = _moved_at(self._rolled_m, motion_between(self._seen, seen))
             depth += touch.indentation_m - self._indentation_m
         speed = Motion(*(part / dt_s for part in moved))
-        # The gel leads the object by a step; the lead of the step before is taken back, however long that was.
-        lead = Motion(*(dt_s * part for part in speed))
-        ahead = [part + new - old for part, new, old in zip(moved, lead, self._lead, strict=True)]
-        self._seen, self._speed, self._lead = seen, speed, lead
+        # The gel leads the object by the motion of a step; that of the step before is taken back.
+        ahead = [2 * new - old for new, old in zip(moved, self._moved, strict=True)]
+        self._seen, self._speed, self._moved = seen, speed, moved
         self._indentation_m = touch.indentation_m
         if normal_n is None:
             depth = min(max(depth, 0.0), self._thickness_m)

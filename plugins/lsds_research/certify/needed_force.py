@@ -18,10 +18,8 @@ from lsds_mocks.plant.physics import FINGERS
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from lsds.config.overrides import parse_override
-from lsds.errors import ConfigIssue
 from lsds_research.search.objects import CELL
-from lsds_research.search.space import Axis, Scenario, point_to_scenario
+from lsds_research.search.space import Axis, Scenario, point_to_scenario, values_of
 
 Floats = NDArray[np.float64]
 
@@ -39,8 +37,7 @@ class NeededForce:
     ) -> None:
         """`settings` are config keys of all lifts, and count above those of a scenario."""
         self._space, self._complete = space, complete
-        parsed = (parse_override(text) for text in settings)
-        self._settings = {".".join(one[0]): one[1] for one in parsed if not isinstance(one, ConfigIssue)}
+        self._settings = values_of(settings)
 
     def __call__(self, points: Sequence[Floats] | Floats) -> Floats:
         """Return the description (n, keys + 2)."""

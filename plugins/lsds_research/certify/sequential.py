@@ -117,7 +117,7 @@ def sequential(
         stages.append(stage)
         if used(len(points)) >= STAGES[-1]:
             break
-    return _estimate(stages, points, margins, rng, seed, describe)
+    return _estimate(stages, points, margins, seed, describe)
 
 
 def plain(
@@ -133,7 +133,7 @@ def plain(
         stage.margins += list(answered)
         points += chosen[: len(answered)]
     stage.strata = [0] * len(points)
-    return _estimate([stage], points, stage.margins, rng, seed, describe)
+    return _estimate([stage], points, stage.margins, seed, describe)
 
 
 def _begun(
@@ -196,7 +196,6 @@ def _estimate(
     stages: Sequence[_Stage],
     points: Points,
     margins: Sequence[float],
-    rng: np.random.Generator,
     seed: int,
     describe: Describe = np.array,
 ) -> Estimate:

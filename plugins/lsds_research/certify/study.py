@@ -26,7 +26,7 @@ from lsds_research.certify.sequential import Estimate, plain, sequential
 from lsds_research.certify.zones import Zone, zones
 from lsds_research.search.files import save_scenario
 from lsds_research.search.objects import OBJECTS, completed
-from lsds_research.search.robustness import Limits
+from lsds_research.search.robustness import NOT_RUN, Limits
 from lsds_research.search.scenarios import Scenarios, fixed_note, require_usable
 from lsds_research.search.space import held_fixed, read_space
 
@@ -38,8 +38,6 @@ _COLUMNS = (
 QUICK_RUNS = 48
 """Number of lifts of a quick certificate, unless configured; chosen."""
 QUICK = ("cell.simulated.fidelity=winkler", "task.hold_s=0.5")
-NOT_RUN = "not run"
-"""Outcome of a scenario whose lift could not begin."""
 NOTICEABLE_M = 1e-3
 """Slip of a lift without an alarm from which on the alarm is missing, m; chosen."""
 OVERRUN = 1.1
@@ -287,7 +285,7 @@ def _notes(estimate: Estimate, is_plain: bool) -> list[str]:
 
 def _undecided(rows: Sequence[dict[str, Any]], estimate: Estimate) -> list[str]:
     """Return what lifts that show nothing, stopped or outside the model, could add to the probability."""
-    shows_nothing = [row["outcome"] in ("fault", "not run", Outcome.OUTSIDE) and _margin(row) >= 0 for row in rows]
+    shows_nothing = [row["outcome"] in ("fault", NOT_RUN, Outcome.OUTSIDE) and _margin(row) >= 0 for row in rows]
     share = float(estimate.weights[shows_nothing].sum())
     if not share:
         return []

@@ -21,6 +21,8 @@ HANGS_S = 120.0
 """A run with more computing time than this counts as a hang (s)."""
 STOPPED_MARGIN = 0.1
 """Margin of a run that an expected error stopped."""
+NOT_RUN = "not run"
+"""Outcome of a scenario whose lift could not begin."""
 _TASK = TaskOptions()
 
 
@@ -46,9 +48,9 @@ def run_scenario(asked: tuple[Scenario, Limits, tuple[str, ...]]) -> dict[str, A
         session = run(None, [*override_texts(scenario), *limits.overrides(), *settings])
         session.require_uninterrupted()
     except LsdsError as error:
-        return {"margins": {"named": STOPPED_MARGIN}, "outcome": "not run", "fault": str(error), "simulated_s": 0.0}
+        return {"margins": {"named": STOPPED_MARGIN}, "outcome": NOT_RUN, "fault": str(error), "simulated_s": 0.0}
     except Exception as error:
-        return {"margins": {"named": -1.0}, "outcome": "not run", "fault": f"{type(error).__name__}: {error}"}
+        return {"margins": {"named": -1.0}, "outcome": NOT_RUN, "fault": f"{type(error).__name__}: {error}"}
     margins = margins_of(session)
     # Two values only: a margin from computing time would not be reproducible.
     margins["ends"] = -1.0 if hangs(session.fault) or (cpu_ns() - began_ns) * 1e-9 > HANGS_S else 1.0

@@ -14,7 +14,7 @@ from lsds.config import load_config
 from lsds.config.overrides import override_texts
 from lsds_research.cluster import shared_out
 from lsds_research.run_store import add_run, read_runs
-from lsds_research.search.robustness import Limits, least, run_scenario
+from lsds_research.search.robustness import NOT_RUN, Limits, least, run_scenario
 from lsds_research.search.space import Axis, Scenario, point_to_scenario
 
 if TYPE_CHECKING:
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-DIED, NOT_RUN = "died", "not run"
-"""Outcomes of a scenario whose process ended, and whose lift could not begin; a resumed study runs them again."""
+DIED = "died"
+"""Outcome of a scenario whose process ended."""
 NOT_HOLDABLE = "no firm grip holds it"
 """Outcome of a scenario that fails, and with a firm grip as well."""
 
@@ -78,6 +78,7 @@ class Scenarios:
     def _add(self, row: dict[str, Any]) -> None:
         key = self._key(row["scenario"])
         self._known[key] = row
+        # A resumed study runs again those that could not run.
         if row["outcome"] not in (DIED, NOT_RUN):
             add_run(self._kept, key, row)
 

@@ -71,13 +71,18 @@ def point_to_scenario(space: Sequence[Axis], point: Iterable[float]) -> Scenario
     return {axis.key: axis.value(float(u)) for axis, u in zip(space, point, strict=True)}
 
 
+def values_of(settings: Iterable[str]) -> dict[str, Any]:
+    """Return the values of settings by their config keys; texts that are no settings are left out."""
+    parsed = (parse_override(text) for text in settings)
+    return {".".join(one[0]): one[1] for one in parsed if not isinstance(one, ConfigIssue)}
+
+
 def held_fixed(space: Sequence[Axis], settings: Iterable[str]) -> tuple[tuple[Axis, ...], list[str]]:
     """Return the space with the axes of keys that settings hold fixed at their values, and those keys.
 
     Settings count above drawn values: an axis of such a key would be drawn without an effect.
     """
-    parsed = (parse_override(text) for text in settings)
-    values = {".".join(one[0]): one[1] for one in parsed if not isinstance(one, ConfigIssue)}
+    values = values_of(settings)
     fixed = [axis.key for axis in space if axis.key in values]
     held = (
         Axis(axis.key, choices=(values[axis.key],), usual=values[axis.key]) if axis.key in values else axis

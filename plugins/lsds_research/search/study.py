@@ -73,7 +73,7 @@ class SearchStudy:
             *fixed_note(self._fixed),
         ]
         return StudyResult(
-            f"search over {len(self._space)} config keys, {len(rows)} scenarios (simulated)",
+            f"search over {len(self._space) - len(self._fixed)} config keys, {len(rows)} scenarios (simulated)",
             _COLUMNS,
             found,
             partial(plot_search, rows=rows, keys=[axis.key for axis in self._space]),
