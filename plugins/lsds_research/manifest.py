@@ -200,16 +200,25 @@ STABILITY_MAPS = {
 }
 """The stability maps by name."""
 
-_MAPS = tuple(
+_MAPS = (
     (
-        f"stability-{name}",
-        f"stability.maps.{each.module}:study",
-        "stability.options:StabilityOptions",
-        each.requires,
-        each.extra,
-        f"map: {each.summary}",
-    )
-    for name, each in STABILITY_MAPS.items()
+        "stability",
+        "stability.overview:AllMapsStudy",
+        "stability.options:AllMapsOptions",
+        *_SIM,
+        "all stability maps: the safe share of each method",
+    ),
+    *(
+        (
+            f"stability-{name}",
+            f"stability.maps.{each.module}:study",
+            "stability.options:StabilityOptions",
+            each.requires,
+            each.extra,
+            f"map: {each.summary}",
+        )
+        for name, each in STABILITY_MAPS.items()
+    ),
 )
 
 _COMMANDS = (

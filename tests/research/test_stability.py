@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from importlib import resources
 
 import numpy as np
 import pytest
 from lsds_research.manifest import STABILITY_MAPS as MAPS
 from lsds_research.stability.grid import Axis, StabilityMap, worst
-from lsds_research.stability.options import StabilityOptions
+from lsds_research.stability.options import AllMapsOptions, StabilityOptions
+from lsds_research.stability.overview import AllMapsStudy
+from lsds_research.stability.plot import plot_map
 from lsds_research.stability.study import StabilityStudy, areas_on, map_named
 
 from lsds.clock import VirtualClock
@@ -23,8 +26,9 @@ QUICK = ("integrators", "marker-travel", "markers-lost")
 
 def a_map(measure, **others):
     axis = Axis("x", "mm", (1.0, 2.0, 3.0, 4.0), (1.0, 4.0), (1.0,))
+    name = others.pop("name", "made")
     named = {"limit": 2.5, "measure": measure, **others}
-    return StabilityMap("made", "Made", axis, axis, ("good",), ("naive",), "error", "mm", **named)
+    return StabilityMap(name, "Made", axis, axis, ("good",), ("naive",), "error", "mm", **named)
 
 
 def result(of, **options):
@@ -79,6 +83,53 @@ def test_the_worst_seed_counts(monkeypatch):
     monkeypatch.setattr("lsds_research.stability.study.map_named", lambda name: of)
     assert {row["figure"] for row in result(of).rows} == {5.0}
     assert worst([1.0, math.nan]) == math.inf
+
+
+def all_maps(**options):
+    study = AllMapsStudy(AllMapsOptions(**options, jobs=1), BuildContext(VirtualClock(), seed=3))
+    return study.run(lambda done, total: None)
+
+
+def test_all_maps_in_one_run_state_their_safe_shares_and_write_each_map(monkeypatch, tmp_path):
+    def made_as(name):
+        limit = 2.5 if name == "spheres" else 1.5
+        return a_map(lambda method, x, y, seed: max(x, y) if method == "good" else math.inf, name=name, limit=limit)
+
+    for module in ("study", "overview"):
+        monkeypatch.setattr(f"lsds_research.stability.{module}.map_named", made_as)
+    found = all_maps(maps=["spheres", "edge"], folder=str(tmp_path / "maps"))
+    assert {(row["map"], row["method"]): row["safe"] for row in found.rows} == {
+        ("spheres", "good"): 4 / 16,
+        ("spheres", "naive"): 0,
+        ("edge", "good"): 1 / 16,
+        ("edge", "naive"): 0,
+    }
+    written = {f"{name}.{kind}" for name in ("spheres", "edge") for kind in ("png", "csv", "json")}
+    assert {file.name for file in (tmp_path / "maps").iterdir()} == written
+    assert json.loads((tmp_path / "maps/edge.json").read_text())["areas"][0]["safe"] == 1 / 16
+    found.draw(tmp_path / "all.png")
+    assert (tmp_path / "all.png").stat().st_size > 5000
+    assert {row["map"] for row in all_maps().rows} == set(MAPS)
+    with pytest.raises(DataError, match="no map other; there are marker-travel"):
+        all_maps(maps=["other"])
+    (tmp_path / "file").write_text("")
+    with pytest.raises(DataError, match="cannot be written"):
+        all_maps(maps=["edge"], folder=str(tmp_path / "file"))
+
+
+def test_the_stable_delay_of_the_linear_loop_is_drawn_beyond_the_edge_of_its_map(tmp_path):
+    pytest.importorskip("control", reason="python-control is not installed: pip install control")
+    of = map_named("loop-delay")
+    ((_, points),) = of.curves()
+    assert all(delay_ms < of.x.full[0] for delay_ms, _ in points)
+    rows = [
+        {"method": "pd", "x": x, "y": y, "figure": 0.05 * x, "passes": 0.05 * x <= of.limit}
+        for x in of.x.full
+        for y in of.y.full
+    ]
+    plot_map(tmp_path / "with.png", of, rows)
+    plot_map(tmp_path / "without.png", replace(of, curves=None), rows)
+    assert (tmp_path / "with.png").read_bytes() != (tmp_path / "without.png").read_bytes()
 
 
 @pytest.mark.parametrize("name", MAPS)

@@ -8,7 +8,16 @@ from lsds.cli.threads import processes
 from lsds_research.campaign_options import Cluster, Jobs, Out
 
 
-class StabilityOptions(BaseModel):
+class _Points(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    quick: bool = Field(default=False, description="a coarse grid with one seed")
+    out: Out = ""
+    jobs: Jobs = Field(default_factory=processes, description="processes that measure points")
+    cluster: Cluster = ""
+
+
+class StabilityOptions(_Points):
     """Map where methods fail: one figure at every point of a grid, for the shipped methods and for naive ones.
 
     Figures are simulated; docs/stability.md lists the maps.
@@ -16,14 +25,29 @@ class StabilityOptions(BaseModel):
     Takes: 10 s to 3 minutes with --quick on two cores, up to an hour without.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
     methods: list[str] = Field(
         default=[],
         description="method to measure; default: all of the map",
         json_schema_extra={"flag": "--method", "metavar": "NAME"},
     )
-    quick: bool = Field(default=False, description="a coarse grid with one seed")
-    out: Out = ""
-    jobs: Jobs = Field(default_factory=processes, description="processes that measure points")
-    cluster: Cluster = ""
+
+
+class AllMapsOptions(_Points):
+    """Map where methods fail: all stability maps in one run, with the safe share of each method.
+
+    `lsds study stability-NAME` runs one map. Figures are simulated; docs/stability.md lists the
+    maps.
+
+    Takes: 20 minutes with --quick on two cores, half a day without; --out lets it continue.
+    """
+
+    maps: list[str] = Field(
+        default=[],
+        description="map to measure; default: all",
+        json_schema_extra={"flag": "--map", "metavar": "NAME"},
+    )
+    folder: str = Field(
+        default="",
+        description="folder for picture, CSV and JSON of each map",
+        json_schema_extra={"metavar": "FOLDER", "writes": True},
+    )

@@ -49,14 +49,12 @@ def plot_map(path: Path, of: StabilityMap, rows: Sequence[dict[str, Value]]) -> 
         _ticks(ax.set_yticks, ys)
         ax.tick_params(labelsize=7, labelbottom=index + across >= len(methods))
         for label, points in of.curves() if of.curves and method not in of.naive else ():
-            ax.plot(
-                np.interp([x for x, _ in points], xs, range(len(xs))),
-                np.interp([y for _, y in points], ys, range(len(ys))),
-                "-",
-                color="navy",
-                lw=1.2,
-                label=label,
+            across_x, across_y = (
+                [_place(point[axis], values) for point in points] for axis, values in ((0, xs), (1, ys))
             )
+            if outside := all(x in (-0.5, len(xs) - 0.5) for x in across_x):
+                label += " (outside)"
+            ax.plot(across_x, across_y, "--" if outside else "-", color="navy", lw=1.2, label=label, clip_on=False)
             ax.legend(fontsize=6, loc="upper right")
     figure.supxlabel(of.x.label, fontsize=9)
     figure.supylabel(of.y.label, fontsize=9)
@@ -66,6 +64,13 @@ def plot_map(path: Path, of: StabilityMap, rows: Sequence[dict[str, Value]]) -> 
         bar.ax.set_yticklabels(["0", f"limit {of.limit:g}", f"{2 * of.limit:g}+"], fontsize=7)
         bar.set_label(f"{of.figure}{' (' + of.unit + ')' if of.unit else ''}", fontsize=8)
     figure.savefig(path, dpi=110)
+
+
+def _place(value: float, values: Sequence[float]) -> float:
+    """Return where a value lies on an axis of columns; beyond the map it is at the edge."""
+    if not values[0] <= value <= values[-1]:
+        return -0.5 if value < values[0] else len(values) - 0.5
+    return float(np.interp(value, values, range(len(values))))
 
 
 def _ticks(put: object, values: Sequence[float]) -> None:

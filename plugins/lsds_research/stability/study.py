@@ -39,27 +39,33 @@ class StabilityStudy:
         found, failures = run_and_store(measured, points, options.out, options.jobs, options.cluster, tick)
         if not found:
             raise DataError(f"nothing could be measured; the first: {next(iter(failures.values()))}")
-        # A point that could not be measured does not pass.
-        rows = summarized(of, points, found | {each.key: {"figure": None} for each in points if each.key not in found})
-        areas = safe_areas(of, rows)
-        columns = (
-            ("method", "method", ""),
-            ("x", of.x.label, ".4g"),
-            ("y", of.y.label, ".4g"),
-            ("figure", f"{of.figure}{', ' + of.unit if of.unit else ''}", ".3g"),
-            ("passes", "passes", ""),
-        )
-        remarks = of.remarks() if of.remarks is not None else ()
-        return StudyResult(
-            f"{of.title} (simulated)",
-            columns,
-            rows,
-            partial(plot_map, of=of, rows=rows),
-            [f"a point passes with {of.figure} up to {of.limit:g} {of.unit}".rstrip(), *of.notes, *remarks],
-            {"areas": areas, "limit": of.limit, "failures": failures, "figures_are": "simulated", "seed": self._seed},
-            [StudyTable(AREAS, areas)],
-            warnings=[f"failed: {name}: {reason}" for name, reason in failures.items()],
-        )
+        return map_result(of, points, found, failures, self._seed)
+
+
+def map_result(
+    of: StabilityMap, points: Sequence[Point], found: dict[str, Row], failures: dict[str, str], seed: int
+) -> StudyResult:
+    """Return table, safe areas and picture of a map. A point that could not be measured does not pass."""
+    rows = summarized(of, points, found | {each.key: {"figure": None} for each in points if each.key not in found})
+    areas = safe_areas(of, rows)
+    columns = (
+        ("method", "method", ""),
+        ("x", of.x.label, ".4g"),
+        ("y", of.y.label, ".4g"),
+        ("figure", f"{of.figure}{', ' + of.unit if of.unit else ''}", ".3g"),
+        ("passes", "passes", ""),
+    )
+    remarks = of.remarks() if of.remarks is not None else ()
+    return StudyResult(
+        f"{of.title} (simulated)",
+        columns,
+        rows,
+        partial(plot_map, of=of, rows=rows),
+        [f"a point passes with {of.figure} up to {of.limit:g} {of.unit}".rstrip(), *of.notes, *remarks],
+        {"areas": areas, "limit": of.limit, "failures": failures, "figures_are": "simulated", "seed": seed},
+        [StudyTable(AREAS, areas)],
+        warnings=[f"failed: {name}: {reason}" for name, reason in failures.items()],
+    )
 
 
 def measured(point: Point) -> Row | str:

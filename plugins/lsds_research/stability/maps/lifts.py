@@ -8,7 +8,7 @@ from typing import Any
 
 from lsds.config.overrides import override_texts
 from lsds.errors import DataError
-from lsds_research.stability.grid import Axis, StabilityMap
+from lsds_research.stability.grid import Axis, Curve, StabilityMap
 from lsds_research.studies.grip.lift import OFF, Lift, lift, weight_n
 
 CONTROLLERS = ("belief", "pd")
@@ -69,6 +69,7 @@ def slip_map(
     firm: bool = False,
     notes: tuple[str, ...] = (),
     remarks: Callable[[], Sequence[str]] | None = None,
+    curves: Callable[[], Sequence[Curve]] | None = None,
 ) -> StabilityMap:
     """Return a map of the slip of a lift, for the controllers and the fixed grip; `firm`: for the firm grip, too."""
     return StabilityMap(
@@ -84,6 +85,7 @@ def slip_map(
         measure,
         notes=((FIRM_NOTE,) if firm else ()) + notes,
         remarks=remarks,
+        curves=curves,
     )
 
 

@@ -6,14 +6,18 @@ from functools import partial
 
 from lsds.support.extras import importable
 from lsds_research.stability.delay_margin import delay_margin_s
-from lsds_research.stability.grid import Axis
+from lsds_research.stability.grid import Axis, Curve
 from lsds_research.stability.maps.lifts import lifted, slip_map, slip_mm
 from lsds_research.stability.study import StabilityStudy
 
 PD_GAIN = 3.1
 """Proportional gain of the PD controller at the default margin of the belief, ticks per cm/s: that of the paper."""
-DEFAULT_MARGIN = 1.2
+DEFAULT_MARGIN = 1.08
 """Default margin of the belief."""
+CAMERA_MS = 25.0
+"""Delay of the simulated camera, ms: the part of the loop's delay that is not the gripper's."""
+MARGINS = (1.03, DEFAULT_MARGIN, 1.2, 1.35, 1.5)
+"""Margins of the full map; chosen around the default."""
 
 
 def measure(method: str, delay_ms: float, margin: float, seed: int) -> float:
@@ -26,11 +30,22 @@ def measure(method: str, delay_ms: float, margin: float, seed: int) -> float:
     return slip_mm(lifted(method, seed, settings))
 
 
+def curves() -> tuple[Curve, ...]:
+    """Return the greatest delay of the gripper at which the linear loop of `pd` is stable, in ms, by margin.
+
+    It is the delay margin of the loop without the camera's own delay, and below 0 if the camera alone takes longer.
+    """
+    if not importable("control"):
+        return ()
+    left = [(1e3 * delay_margin_s(margin / DEFAULT_MARGIN) - CAMERA_MS, margin) for margin in MARGINS]
+    return (("limit of pd, linear loop", left),)
+
+
 def remarks() -> tuple[str, ...]:
     """Return the delay margin of the linear loop, which no point of the map respects."""
     if not importable("control"):
         return ()
-    margins = [1e3 * delay_margin_s(margin / DEFAULT_MARGIN) for margin in (1.05, DEFAULT_MARGIN, 1.8)]
+    margins = [1e3 * delay_margin_s(margin / DEFAULT_MARGIN) for margin in MARGINS]
     least, most = min(margins), max(margins)
     return (
         f"pd: the linear loop has a delay margin of {least:.1f} to {most:.1f} ms (python-control), less than the "
@@ -40,10 +55,11 @@ def remarks() -> tuple[str, ...]:
 
 MAP = slip_map(
     "loop-delay",
-    "Lift of the pipe: slip by delay of the gripper and margin (belief), or gain in units of default / 1.2 (pd)",
+    "Lift of the pipe: slip by delay of the gripper and margin (belief), or gain in units of default / 1.08 (pd)",
     Axis("delay of the gripper", "ms", (20, 40, 80, 120, 160, 200, 300, 400), (40, 120, 300), (40, 200)),
-    Axis("margin", "", (1.05, 1.2, 1.35, 1.5, 1.8), (1.2, 1.5), (1.2,)),
+    Axis("margin", "", MARGINS, (DEFAULT_MARGIN, 1.35), (DEFAULT_MARGIN,)),
     measure,
     remarks=remarks,
+    curves=curves,
 )
 study = partial(StabilityStudy, MAP)
