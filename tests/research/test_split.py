@@ -34,6 +34,24 @@ def test_a_known_probability_lies_within_its_bounds(limit):
     assert np.exp(np.mean(np.log([one.estimate for one in found]))) == pytest.approx(true, rel=0.5)
 
 
+def two_sided(limit):
+    """Fails where the first coordinate, made normal, is beyond a limit on either side."""
+    return lambda point: limit - abs(float(norm.ppf(point[0])))
+
+
+@pytest.mark.parametrize("runs", [50, 100])
+@pytest.mark.parametrize(
+    ("margin", "true"),
+    [(beyond(3.09), norm.sf(3.09)), (two_sided(3.29), 2 * norm.sf(3.29))],
+    ids=["one side", "two sides"],
+)
+def test_few_scenarios_give_bounds_that_are_wide_enough(margin, true, runs):
+    found = [estimated(margin, seed=seed, runs=runs)[0] for seed in range(40)]
+    # Each bound is wrong with 5 %: more than 5 of 40 has a probability of 1.4 %.
+    assert sum(one.most < true for one in found) <= 5
+    assert sum(one.least > true for one in found) <= 5
+
+
 def test_a_rare_failure_takes_far_fewer_scenarios_than_counting():
     _, count = estimated(beyond(4.0))
     assert count < 1200 < 1 / norm.sf(4.0) / 20

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,8 +28,11 @@ MOST_LEVELS = 6
 """Maximum number of levels; a rarer failure has a probability below one in a million."""
 STEP_SHARE = 0.6
 """New share of a random step, of 1. A greater share is rejected more often, a smaller one moves less."""
-BOUND_STDS = 1.645
-"""Number of standard deviations of a one-sided 95 % bound."""
+CONFIDENCE = 0.95
+"""Confidence of each bound."""
+NEIGHBOURS = 0.5
+"""Correlation assumed between the shares of neighbouring levels, of which one descends from the other. Identified on
+problems with known probabilities: with 0 a bound of 95 % misses in up to 14 %, with this in 5 to 6 % at most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +84,7 @@ def split(dimensions: int, runs: int, seed: int) -> Generator[Points, Sequence[f
     margins = np.array((yield [ndtr(place) for place in places]), float)
     ancestors = np.arange(len(places))
     levels: list[float] = []
-    before, variance = 1.0, 0.0
+    before, deviations = 1.0, list[float]()
     while len(levels) < MOST_LEVELS:
         limit = float(np.partition(margins, chains - 1)[chains - 1])
         # Margins are coarse: scenarios equal to the limit belong to the level.
@@ -89,7 +93,7 @@ def split(dimensions: int, runs: int, seed: int) -> Generator[Points, Sequence[f
             break
         levels.append(limit)
         before *= float(np.mean(within))
-        variance += _variance(within, ancestors)
+        deviations.append(_deviation(within, ancestors))
         chosen = rng.permutation(np.flatnonzero(within))[:chains]
         now, margin = places[chosen], margins[chosen]
         walked, seen = [now], [margin]
@@ -102,21 +106,29 @@ def split(dimensions: int, runs: int, seed: int) -> Generator[Points, Sequence[f
             seen.append(margin)
         places, margins = np.concatenate(walked), np.concatenate(seen)
         ancestors = np.tile(np.arange(chains), steps)
-    return _probability(before, margins < 0, ancestors, variance, levels)
+    return _probability(before, margins < 0, ancestors, deviations, levels)
 
 
-def _variance(happened: NDArray[np.bool_], ancestors: NDArray[np.intp]) -> float:
-    """Return the squared coefficient of variation of a share whose samples correlate within each chain."""
+def _deviation(happened: NDArray[np.bool_], ancestors: NDArray[np.intp]) -> float:
+    """Return the coefficient of variation of a share whose samples correlate within each chain."""
     share = float(np.mean(happened))
     chains = [float(np.mean(happened[ancestors == own])) for own in np.unique(ancestors)]
-    return float(np.var(chains, ddof=1)) / (len(chains) * share**2) if len(chains) > 1 else (1 - share) / share
+    return math.sqrt(np.var(chains, ddof=1) / len(chains)) / share
+
+
+def _spread(deviations: Sequence[float], chains: int) -> float:
+    """Return the factor of a one-sided bound of a product of shares: lognormal, with Student's t for few chains."""
+    from scipy.stats import t
+
+    variance = sum(own**2 for own in deviations) + 2 * NEIGHBOURS * sum(map(math.prod, pairwise(deviations)))
+    return math.exp(float(t.ppf(CONFIDENCE, chains - 1)) * math.sqrt(math.log1p(variance)))
 
 
 def _probability(
     before: float,
     failed: NDArray[np.bool_],
     ancestors: NDArray[np.intp],
-    variance: float,
+    deviations: Sequence[float],
     levels: Sequence[float],
 ) -> Probability:
     count, runs = int(failed.sum()), len(failed)
@@ -125,9 +137,9 @@ def _probability(
     independent = len(np.unique(ancestors))
     if not count:
         # Count each chain as one independent scenario.
-        spread = math.exp(BOUND_STDS * math.sqrt(math.log1p(variance)))
+        spread = _spread(deviations, independent)
         return Probability(0.0, 0.0, min(1.0, before * spread * counted(0, independent).most), tuple(levels), 0, runs)
     share = count / runs
-    spread = math.exp(BOUND_STDS * math.sqrt(math.log1p(variance + _variance(failed, ancestors))))
+    spread = _spread([*deviations, _deviation(failed, ancestors)], independent)
     estimate = before * share
     return Probability(estimate, estimate / spread, min(1.0, estimate * spread), tuple(levels), count, runs)
