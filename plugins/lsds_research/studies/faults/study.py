@@ -11,11 +11,12 @@ import numpy as np
 
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult, StudyTable
-from lsds.errors import DataError
+from lsds.errors import DataError, MissingExtra
 from lsds.registry.backends import OWN_DISTRIBUTION, OWN_PREFIX
 from lsds.registry.host import PluginHost
 from lsds.session.verdict import Outcome
 from lsds_research.run_store import run_and_store
+from lsds_research.search.split import exact_bounds
 from lsds_research.studies.faults.case import OPENED_BY_FAULT_M, Case, run_case
 from lsds_research.studies.faults.options import FaultsOptions
 from lsds_research.studies.faults.paired import holm, mcnemar
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 SQUEEZED = 2.0
 """Ratio of peak force to that of the run without the fault above which a run counts as squeezed."""
+OUTSIDE = 0.05
+"""Probability that an upper bound is wrong."""
 EXPLAINED = (
     "stopped: ended by an error that the project raises on purpose; unnamed: ended by another error; harmless: the "
     "same outcome as the run without the fault; missed: another outcome, and no error; opened: fingers that held "
@@ -36,9 +39,12 @@ EXPLAINED = (
 _COLUMNS = (
     ("fault", "fault", ""),
     ("runs", "runs", "d"),
+    ("gels", "{unit}", "d"),
     ("stopped", "stopped", ".2f"),
     ("harmless", "harmless", ".2f"),
     ("missed", "missed", ".2f"),
+    ("missed_gels", "{unit} with missed", "d"),
+    ("missed_most", "{unit}, at most", ".2f"),
     ("unnamed", "unnamed errors", "d"),
     ("opened", "opened", "d"),
     ("squeezed", "squeezed", ".2f"),
@@ -71,7 +77,8 @@ class FaultsStudy:
         judged.sort(key=lambda row: (row["fault"], row["severity"], row["moment"], row["pair"]))
         table = [_summary(name, _of(judged, "fault", name)) for name in sorted({row["fault"] for row in judged})]
         table.append(_summary("all", judged))
-        notes = [EXPLAINED]
+        unit = _unit(options)
+        notes = [EXPLAINED, _bounds_note(table[-1], unit)]
         if idle:
             late = sum(not row["began"] for row in idle)
             notes.append(
@@ -80,7 +87,7 @@ class FaultsStudy:
             )
         return StudyResult(
             f"{len(table) - 1} faults, {len(judged)} runs next to those without (simulated)",
-            _COLUMNS,
+            [(key, heading.format(unit=unit), form) for key, heading, form in _COLUMNS],
             table,
             partial(plot_faults, rows=judged),
             notes,
@@ -159,15 +166,55 @@ def _compared_outcome(row: Row) -> str:
     return str(Outcome.HELD if row["outcome"] == Outcome.OUTSIDE else row["outcome"])
 
 
+def _unit(options: FaultsOptions) -> str:
+    """Return the name of what the seeds change: a rig file or a setting can give all of them the same gel."""
+    fixed = options.rig or any(text.partition("=")[0].strip().endswith(".gel") for text in options.settings)
+    return "seeds" if fixed else "gels"
+
+
+def _bounds_note(total: Row, unit: str) -> str:
+    """Return the counts of missed and opened runs, over runs and over gels, and what their bounds are about."""
+    parts = []
+    for word, runs in (("missed", total["missed_runs"]), ("opened", total["opened"])):
+        most = total[f"{word}_most"]
+        bound = "no bound (install lsds[search])" if most is None else f"at most {100 * most:.0f} % of {unit}"
+        parts.append(
+            f"{word}: {runs} of {total['runs']} runs, on {total[f'{word}_gels']} of {total['gels']} {unit}; {bound}"
+        )
+    return (
+        "; ".join(parts) + f" (upper bounds with {100 * (1 - OUTSIDE):.0f} % confidence, each on the share of {unit} "
+        f"with at least one such run among these simulated faults, severities and moments; the n is the number of "
+        f"{unit}, because runs of one are not independent; the mean rate per run over all {unit} is no larger)"
+    )
+
+
+def _by_gel(rows: Sequence[Row], word: str) -> Row:
+    """Return the number of gels with at least one missed or opened run, and the upper bound on their share.
+
+    The bound is None without scipy.
+    """
+    gels = {row["seed"] for row in rows}
+    affected = {row["seed"] for row in rows if (row["opened"] if word == "opened" else row["verdict"] == word)}
+    try:
+        most = exact_bounds(len(affected), len(gels), OUTSIDE)[1]
+    except MissingExtra:
+        most = None
+    return {f"{word}_gels": len(affected), f"{word}_most": most}
+
+
 def _summary(name: str, rows: Sequence[Row]) -> Row:
     safe = [row["safe_s"] for row in rows if row["safe_s"] is not None]
     errors = sorted({row["error"] for row in rows if row["error"]})
     return {
         "fault": name,
         "runs": len(rows),
+        "gels": len({row["seed"] for row in rows}),
         **{
             word: float(np.mean([row["verdict"] == word for row in rows])) for word in ("stopped", "harmless", "missed")
         },
+        "missed_runs": sum(row["verdict"] == "missed" for row in rows),
+        **_by_gel(rows, "missed"),
+        **_by_gel(rows, "opened"),
         "unnamed": sum(row["verdict"] == "unnamed" for row in rows),
         "opened": sum(row["opened"] for row in rows),
         "squeezed": float(np.mean([row["squeezed"] for row in rows])),
