@@ -6,8 +6,8 @@ import json
 
 import pytest
 from lsds_research.studies.faults.options import FaultsOptions
-from lsds_research.studies.faults.paired import holm, mcnemar
-from lsds_research.studies.faults.study import _bounds_note, _judged, _summary, _unit
+from lsds_research.studies.faults.paired import holm, mcnemar, sign_test
+from lsds_research.studies.faults.study import _bounds_note, _compared, _judged, _summary, _unit
 
 from lsds.cli.main import main
 
@@ -69,6 +69,28 @@ def test_seeds_are_not_gels_if_the_rig_or_a_setting_fixes_the_gel():
     assert _unit(FaultsOptions()) == "gels"
     assert _unit(FaultsOptions(rig="rig.toml")) == "seeds"
     assert _unit(FaultsOptions(settings=["sensor.mock-gelsight-mini.gel=3"])) == "seeds"
+
+
+def test_the_sign_test_is_exact_and_leaves_out_ties():
+    assert sign_test([3, 1, 1, 2, 5, 1, 1, 9, -1, 0, 0]) == pytest.approx(2 * (1 + 9) / 2**9)
+    assert sign_test([]) == sign_test([0, 0]) == 1.0
+
+
+def test_the_comparison_of_controllers_is_over_gels_with_mcnemar_over_runs_beside_it():
+    """Many runs on one bad gel made a large difference of one case."""
+    rows = [
+        judged(seed, "missed" if who == "b" and seed == 0 else "harmless", controller=who, severity=severity)
+        for who in "ab"
+        for seed in range(10)
+        for severity in range(8)
+    ]
+    (table,) = _compared(rows, "gels")
+    (found,) = table.rows
+    assert (found["pair"], found["runs"], found["missed"]) == ("a, b", 80, "0 and 8")
+    assert (found["gels"], found["worse"]) == (10, "0 and 1")
+    assert found["p"] == 1.0
+    assert found["p_runs"] == pytest.approx(2 / 2**8)
+    assert [heading for _, heading, _ in table.columns][-2:] == ["p over gels (Holm)", "McNemar over runs (Holm)"]
 
 
 def test_an_unknown_fault_is_named(capsys):

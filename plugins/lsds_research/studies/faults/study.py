@@ -19,7 +19,7 @@ from lsds_research.run_store import run_and_store
 from lsds_research.search.split import exact_bounds
 from lsds_research.studies.faults.case import OPENED_BY_FAULT_M, Case, run_case
 from lsds_research.studies.faults.options import FaultsOptions
-from lsds_research.studies.faults.paired import holm, mcnemar
+from lsds_research.studies.faults.paired import holm, mcnemar, sign_test
 from lsds_research.studies.faults.plot import plot_faults
 from lsds_research.study_backends import backend_names, with_own_defaults
 
@@ -52,7 +52,19 @@ _COLUMNS = (
     ("safe_max_s", "at most", ".2f"),
     ("errors", "errors", ""),
 )
-_COMPARED = (("pair", "pair", ""), ("runs", "runs", "d"), ("missed", "missed", ""), ("p", "p (Holm)", ".3f"))
+_COMPARED = (
+    ("pair", "pair", ""),
+    ("runs", "runs", "d"),
+    ("missed", "missed runs", ""),
+    ("gels", "{unit}", "d"),
+    ("worse", "{unit} with more missed", ""),
+    ("p", "p over {unit} (Holm)", ".3f"),
+    ("p_runs", "McNemar over runs (Holm)", ".3f"),
+)
+COMPARED = (
+    "p over {unit}: exact sign test on the difference in the number of missed runs of each of the {unit}; "
+    "McNemar over runs treats runs of the same {unit} as independent, so its p can be too small"
+)
 
 
 class FaultsStudy:
@@ -79,6 +91,9 @@ class FaultsStudy:
         table.append(_summary("all", judged))
         unit = _unit(options)
         notes = [EXPLAINED, _bounds_note(table[-1], unit)]
+        compared = _compared(judged, unit)
+        if compared:
+            notes.append(COMPARED.format(unit=unit))
         if idle:
             late = sum(not row["began"] for row in idle)
             notes.append(
@@ -87,7 +102,7 @@ class FaultsStudy:
             )
         return StudyResult(
             f"{len(table) - 1} faults, {len(judged)} runs next to those without (simulated)",
-            [(key, heading.format(unit=unit), form) for key, heading, form in _COLUMNS],
+            _headed(_COLUMNS, unit),
             table,
             partial(plot_faults, rows=judged),
             notes,
@@ -98,7 +113,7 @@ class FaultsStudy:
                 "failures": failures,
                 "figures_are": "simulated",
             },
-            more=_compared(judged),
+            more=compared,
             warnings=[f"failed: {name}: {reason}" for name, reason in failures.items()],
         )
 
@@ -224,26 +239,45 @@ def _summary(name: str, rows: Sequence[Row]) -> Row:
     }
 
 
-def _compared(rows: Sequence[Row]) -> list[StudyTable]:
-    """Compare controllers, and detectors, by the missed runs of the same faults."""
-    found: dict[str, tuple[int, str, float]] = {}
+def _compared(rows: Sequence[Row], unit: str) -> list[StudyTable]:
+    """Compare controllers, and detectors, by the missed runs of the same faults: over gels, and over runs."""
+    table: list[Row] = []
     for part, other in (("controller", "detector"), ("detector", "controller")):
         by: dict[str, dict[tuple[Any, ...], bool]] = {}
         for row in rows:
-            what = tuple(row[key] for key in ("fault", "severity", "moment", "seed", other))
+            what = tuple(row[key] for key in ("seed", "fault", "severity", "moment", other))
             by.setdefault(row[part], {})[what] = row["verdict"] == "missed"
         for one, two in combinations(sorted(by), 2):
-            pairs = [(by[one][what], by[two][what]) for what in by[one].keys() & by[two].keys()]
-            missed = f"{sum(a for a, _ in pairs)} and {sum(b for _, b in pairs)}"
-            found[f"{one}, {two}"] = (len(pairs), missed, mcnemar(pairs))
-    if not found:
+            pairs: list[tuple[bool, bool]] = []
+            of_gels: dict[int, int] = {}
+            for what in by[one].keys() & by[two].keys():
+                pair = by[one][what], by[two][what]
+                pairs.append(pair)
+                of_gels[what[0]] = of_gels.get(what[0], 0) + pair[0] - pair[1]
+            more = [*of_gels.values()]
+            table.append(
+                {
+                    "pair": f"{one}, {two}",
+                    "runs": len(pairs),
+                    "missed": f"{sum(a for a, _ in pairs)} and {sum(b for _, b in pairs)}",
+                    "gels": len(more),
+                    "worse": f"{sum(value > 0 for value in more)} and {sum(value < 0 for value in more)}",
+                    "p": sign_test(more),
+                    "p_runs": mcnemar(pairs),
+                }
+            )
+    if not table:
         return []
-    corrected = holm({name: p for name, (_, _, p) in found.items()})
-    table: list[Row] = [
-        {"pair": name, "runs": runs, "missed": missed, "p": corrected[name]}
-        for name, (runs, missed, _) in found.items()
-    ]
-    return [StudyTable(_COMPARED, table)]
+    for key in ("p", "p_runs"):
+        corrected = holm({row["pair"]: row[key] for row in table})
+        for row in table:
+            row[key] = corrected[row["pair"]]
+    return [StudyTable(_headed(_COMPARED, unit), table)]
+
+
+def _headed(columns: Sequence[tuple[str, str, str]], unit: str) -> list[tuple[str, str, str]]:
+    """Return the columns with the name of the unit in their headings."""
+    return [(key, heading.format(unit=unit), form) for key, heading, form in columns]
 
 
 def _of(rows: Sequence[Row], key: str, value: str) -> list[Row]:
