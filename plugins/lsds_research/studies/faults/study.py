@@ -90,7 +90,7 @@ class FaultsStudy:
         table = [_summary(name, _of(judged, "fault", name)) for name in sorted({row["fault"] for row in judged})]
         table.append(_summary("all", judged))
         unit = _unit(options)
-        notes = [EXPLAINED, _bounds_note(table[-1], unit)]
+        notes = [EXPLAINED, _bounds_note(table[-1], unit), _arm_note(judged)]
         compared = _compared(judged, unit)
         if compared:
             notes.append(COMPARED.format(unit=unit))
@@ -201,6 +201,17 @@ def _bounds_note(total: Row, unit: str) -> str:
         f"with at least one such run among these simulated faults, severities and moments; the n is the number of "
         f"{unit}, because runs of one are not independent; the mean rate per run over all {unit} is no larger)"
     )
+
+
+def _arm_note(rows: Sequence[Row]) -> str:
+    """Return the number of arm commands that move, sent after the arm was stopped."""
+    counts = [row["arm_moves_after_stop"] for row in rows if row["arm_moves_after_stop"] is not None]
+    text = (
+        f"arm commands that move, sent after the stop: {sum(counts)}, in {sum(count > 0 for count in counts)} of "
+        f"{len(counts)} runs (stop commands and zero velocities are no movement)"
+    )
+    absent = len(rows) - len(counts)
+    return text + (f"; {absent} runs without an arm" if absent else "")
 
 
 def _by_gel(rows: Sequence[Row], word: str) -> Row:
