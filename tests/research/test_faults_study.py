@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 
 import pytest
-from lsds_research.studies.faults.paired import holm, mcnemar
-from lsds_research.studies.faults.study import _judged
+from lsds_research.studies.faults.options import FaultsOptions
+from lsds_research.studies.faults.paired import holm, mcnemar, sign_test
+from lsds_research.studies.faults.study import _bounds_note, _compared, _judged, _summary, _unit
 
 from lsds.cli.main import main
 
@@ -37,6 +38,59 @@ def test_a_stuck_gripper_is_stopped_a_dim_light_does_no_harm_on_any_number_of_pr
     # The same command goes on where it ended.
     assert main([*asked]) == 0
     assert len(kept.read_text().splitlines()) == 3
+
+
+def judged(seed, verdict="harmless", **own):
+    usual = {"fault": "f", "severity": 0, "moment": "hold", "controller": "c", "detector": "d", "error": None}
+    return usual | {"seed": seed, "verdict": verdict, "opened": False, "squeezed": False, "safe_s": None} | own
+
+
+def test_the_bound_counts_gels_and_not_their_dependent_runs():
+    none_missed = _summary("all", [judged(seed) for seed in range(10) for _ in range(200)])
+    assert (none_missed["runs"], none_missed["gels"], none_missed["missed_gels"]) == (2000, 10, 0)
+    assert none_missed["missed_most"] == pytest.approx(1 - 0.05 ** (1 / 10))
+    one_gel = _summary("all", [judged(seed, "missed" if seed == 3 else "harmless") for seed in range(10) for _ in "ab"])
+    assert (one_gel["missed"], one_gel["missed_gels"]) == (pytest.approx(0.1), 1)
+    # P(at most 1 of 10 gels | the bound) = 5 %.
+    bound = one_gel["missed_most"]
+    assert (1 - bound) ** 10 + 10 * bound * (1 - bound) ** 9 == pytest.approx(0.05)
+
+
+def test_the_output_states_runs_gels_and_what_the_bound_is_about():
+    rows = [judged(seed, opened=seed == 3) for seed in range(10) for _ in range(200)]
+    text = _bounds_note(_summary("all", rows), "gels")
+    assert "missed: 0 of 2000 runs, on 0 of 10 gels; at most 26 % of gels" in text
+    assert "opened: 200 of 2000 runs, on 1 of 10 gels; at most 39 % of gels" in text
+    assert "95 % confidence" in text
+    assert "not independent" in text
+
+
+def test_seeds_are_not_gels_if_the_rig_or_a_setting_fixes_the_gel():
+    assert _unit(FaultsOptions()) == "gels"
+    assert _unit(FaultsOptions(rig="rig.toml")) == "seeds"
+    assert _unit(FaultsOptions(settings=["sensor.mock-gelsight-mini.gel=3"])) == "seeds"
+
+
+def test_the_sign_test_is_exact_and_leaves_out_ties():
+    assert sign_test([3, 1, 1, 2, 5, 1, 1, 9, -1, 0, 0]) == pytest.approx(2 * (1 + 9) / 2**9)
+    assert sign_test([]) == sign_test([0, 0]) == 1.0
+
+
+def test_the_comparison_of_controllers_is_over_gels_with_mcnemar_over_runs_beside_it():
+    """Many runs on one bad gel made a large difference of one case."""
+    rows = [
+        judged(seed, "missed" if who == "b" and seed == 0 else "harmless", controller=who, severity=severity)
+        for who in "ab"
+        for seed in range(10)
+        for severity in range(8)
+    ]
+    (table,) = _compared(rows, "gels")
+    (found,) = table.rows
+    assert (found["pair"], found["runs"], found["missed"]) == ("a, b", 80, "0 and 8")
+    assert (found["gels"], found["worse"]) == (10, "0 and 1")
+    assert found["p"] == 1.0
+    assert found["p_runs"] == pytest.approx(2 / 2**8)
+    assert [heading for _, heading, _ in table.columns][-2:] == ["p over gels (Holm)", "McNemar over runs (Holm)"]
 
 
 def test_an_unknown_fault_is_named(capsys):

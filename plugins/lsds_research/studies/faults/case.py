@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from lsds.config.overrides import override_texts
 from lsds.errors import LsdsError
+from lsds.session.parts import loaded
 from lsds.session.run import run
 from lsds_research.search.robustness import is_unnamed
+from lsds_research.studies.faults.arm_log import arm_log
 from lsds_research.studies.faults.options import Moment
 
 if TYPE_CHECKING:
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 OPENED_BY_FAULT_M = 1e-3
 """Fingers around an object count as opened if their aperture grows by this since the fault, more than without it
 (m)."""
-RUN_FORMAT = 2
+RUN_FORMAT = 3
 """Number of the format of a stored run; those of another format are run again."""
 KEYS: dict[str, Any] = {"task.lift_s": 1.2, "task.hold_s": 0.8}
 
@@ -52,8 +54,8 @@ class Case:
         rig = f" {self.rig} {_digest(self.rig)}" if self.rig else ""
         return f"{self.controller} {self.detector} {self.seed} {' '.join(self.settings)}{rig}"
 
-    def overrides(self) -> list[str]:
-        """Return the config keys of the run."""
+    def overrides(self, log: str = "") -> list[str]:
+        """Return the config keys of the run; `log` is the name of an `ArmLog`, which is put around the fault."""
         keys: dict[str, Any] = KEYS | {
             "seed": self.seed,
             "controller.backend": self.controller,
@@ -64,8 +66,12 @@ class Case:
         overrides = [*override_texts(keys), *self.settings]
         if not self.fault:
             return overrides
-        fault = {"backend": self.fault, "at": self.moment, "severity": self.severity or None}
-        return [*overrides, *override_texts({"faults": [fault]})]
+        faults: list[dict[str, Any]] = [
+            {"backend": self.fault, "at": self.moment, "severity": self.severity or None},
+        ]
+        if log:
+            faults.append({"backend": log})
+        return [*overrides, *override_texts({"faults": faults})]
 
 
 @cache
@@ -80,7 +86,9 @@ def _digest(rig: str) -> str:
 def run_case(case: Case) -> dict[str, Any] | str:
     """Run a case; return its figures, or the reason of a failure."""
     try:
-        session = run(case.rig or None, case.overrides())
+        with arm_log() as (name, log):
+            counted = bool(case.fault) and _has_arm(case)
+            session = run(case.rig or None, case.overrides(name if counted else ""))
         session.require_uninterrupted()
     except LsdsError as error:
         return f"{case.key}: {error}"
@@ -105,10 +113,18 @@ def run_case(case: Case) -> dict[str, Any] | str:
         "slip_mm": None if summary["slip_distance_m"] is None else 1e3 * summary["slip_distance_m"],
         "peak_n": summary["peak_normal_force_n"],
         "began": onset_ns is not None,
-        # The time from the fault to the end of the run, after which there are no commands.
+        # The time from the fault to the end of the run; `arm_moves_after_stop` counts later commands.
         "safe_s": (truths[-1].t_ns - held[0].t_ns) * 1e-9 if held and fault is not None else None,
+        "arm_moves": log.moves if counted else None,
+        "arm_moves_after_stop": log.moves_after_stop if counted else None,
         "apertures_m": {moment: _apertures_m(truths, session.stages.began_ns(moment)) for moment in moments},
     }
+
+
+def _has_arm(case: Case) -> bool:
+    """Return whether the rig has an arm: a fault of an arm that it lacks is an error."""
+    section = loaded(case.rig or None, case.overrides()).arm
+    return section is not None and section.backend != "none"
 
 
 def _apertures_m(truths: Sequence[CellTruth], since_ns: int | None) -> list[float] | None:

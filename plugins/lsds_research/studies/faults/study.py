@@ -11,14 +11,15 @@ import numpy as np
 
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult, StudyTable
-from lsds.errors import DataError
+from lsds.errors import DataError, MissingExtra
 from lsds.registry.backends import OWN_DISTRIBUTION, OWN_PREFIX
 from lsds.registry.host import PluginHost
 from lsds.session.verdict import Outcome
 from lsds_research.run_store import run_and_store
+from lsds_research.search.split import exact_bounds
 from lsds_research.studies.faults.case import OPENED_BY_FAULT_M, Case, run_case
 from lsds_research.studies.faults.options import FaultsOptions
-from lsds_research.studies.faults.paired import holm, mcnemar
+from lsds_research.studies.faults.paired import holm, mcnemar, sign_test
 from lsds_research.studies.faults.plot import plot_faults
 from lsds_research.study_backends import backend_names, with_own_defaults
 
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 SQUEEZED = 2.0
 """Ratio of peak force to that of the run without the fault above which a run counts as squeezed."""
+OUTSIDE = 0.05
+"""Probability that an upper bound is wrong."""
 EXPLAINED = (
     "stopped: ended by an error that the project raises on purpose; unnamed: ended by another error; harmless: the "
     "same outcome as the run without the fault; missed: another outcome, and no error; opened: fingers that held "
@@ -36,9 +39,12 @@ EXPLAINED = (
 _COLUMNS = (
     ("fault", "fault", ""),
     ("runs", "runs", "d"),
+    ("gels", "{unit}", "d"),
     ("stopped", "stopped", ".2f"),
     ("harmless", "harmless", ".2f"),
     ("missed", "missed", ".2f"),
+    ("missed_gels", "{unit} with missed", "d"),
+    ("missed_most", "{unit}, at most", ".2f"),
     ("unnamed", "unnamed errors", "d"),
     ("opened", "opened", "d"),
     ("squeezed", "squeezed", ".2f"),
@@ -46,7 +52,19 @@ _COLUMNS = (
     ("safe_max_s", "at most", ".2f"),
     ("errors", "errors", ""),
 )
-_COMPARED = (("pair", "pair", ""), ("runs", "runs", "d"), ("missed", "missed", ""), ("p", "p (Holm)", ".3f"))
+_COMPARED = (
+    ("pair", "pair", ""),
+    ("runs", "runs", "d"),
+    ("missed", "missed runs", ""),
+    ("gels", "{unit}", "d"),
+    ("worse", "{unit} with more missed", ""),
+    ("p", "p over {unit} (Holm)", ".3f"),
+    ("p_runs", "McNemar over runs (Holm)", ".3f"),
+)
+COMPARED = (
+    "p over {unit}: exact sign test on the difference in the number of missed runs of each of the {unit}; "
+    "McNemar over runs treats runs of the same {unit} as independent, so its p can be too small"
+)
 
 
 class FaultsStudy:
@@ -71,7 +89,11 @@ class FaultsStudy:
         judged.sort(key=lambda row: (row["fault"], row["severity"], row["moment"], row["pair"]))
         table = [_summary(name, _of(judged, "fault", name)) for name in sorted({row["fault"] for row in judged})]
         table.append(_summary("all", judged))
-        notes = [EXPLAINED]
+        unit = _unit(options)
+        notes = [EXPLAINED, _bounds_note(table[-1], unit), _arm_note(judged)]
+        compared = _compared(judged, unit)
+        if compared:
+            notes.append(COMPARED.format(unit=unit))
         if idle:
             late = sum(not row["began"] for row in idle)
             notes.append(
@@ -80,7 +102,7 @@ class FaultsStudy:
             )
         return StudyResult(
             f"{len(table) - 1} faults, {len(judged)} runs next to those without (simulated)",
-            _COLUMNS,
+            _headed(_COLUMNS, unit),
             table,
             partial(plot_faults, rows=judged),
             notes,
@@ -91,7 +113,7 @@ class FaultsStudy:
                 "failures": failures,
                 "figures_are": "simulated",
             },
-            more=_compared(judged),
+            more=compared,
             warnings=[f"failed: {name}: {reason}" for name, reason in failures.items()],
         )
 
@@ -159,15 +181,66 @@ def _compared_outcome(row: Row) -> str:
     return str(Outcome.HELD if row["outcome"] == Outcome.OUTSIDE else row["outcome"])
 
 
+def _unit(options: FaultsOptions) -> str:
+    """Return the name of what the seeds change: a rig file or a setting can give all of them the same gel."""
+    fixed = options.rig or any(text.partition("=")[0].strip().endswith(".gel") for text in options.settings)
+    return "seeds" if fixed else "gels"
+
+
+def _bounds_note(total: Row, unit: str) -> str:
+    """Return the counts of missed and opened runs, over runs and over gels, and what their bounds are about."""
+    parts = []
+    for word, runs in (("missed", total["missed_runs"]), ("opened", total["opened"])):
+        most = total[f"{word}_most"]
+        bound = "no bound (install lsds[search])" if most is None else f"at most {100 * most:.0f} % of {unit}"
+        parts.append(
+            f"{word}: {runs} of {total['runs']} runs, on {total[f'{word}_gels']} of {total['gels']} {unit}; {bound}"
+        )
+    return (
+        "; ".join(parts) + f" (upper bounds with {100 * (1 - OUTSIDE):.0f} % confidence, each on the share of {unit} "
+        f"with at least one such run among these simulated faults, severities and moments; the n is the number of "
+        f"{unit}, because runs of one are not independent; the mean rate per run over all {unit} is no larger)"
+    )
+
+
+def _arm_note(rows: Sequence[Row]) -> str:
+    """Return the number of arm commands that move, sent after the arm was stopped."""
+    counts = [row["arm_moves_after_stop"] for row in rows if row["arm_moves_after_stop"] is not None]
+    text = (
+        f"arm commands that move, sent after the stop: {sum(counts)}, in {sum(count > 0 for count in counts)} of "
+        f"{len(counts)} runs (stop commands and zero velocities are no movement)"
+    )
+    absent = len(rows) - len(counts)
+    return text + (f"; {absent} runs without an arm" if absent else "")
+
+
+def _by_gel(rows: Sequence[Row], word: str) -> Row:
+    """Return the number of gels with at least one missed or opened run, and the upper bound on their share.
+
+    The bound is None without scipy.
+    """
+    gels = {row["seed"] for row in rows}
+    affected = {row["seed"] for row in rows if (row["opened"] if word == "opened" else row["verdict"] == word)}
+    try:
+        most = exact_bounds(len(affected), len(gels), OUTSIDE)[1]
+    except MissingExtra:
+        most = None
+    return {f"{word}_gels": len(affected), f"{word}_most": most}
+
+
 def _summary(name: str, rows: Sequence[Row]) -> Row:
     safe = [row["safe_s"] for row in rows if row["safe_s"] is not None]
     errors = sorted({row["error"] for row in rows if row["error"]})
     return {
         "fault": name,
         "runs": len(rows),
+        "gels": len({row["seed"] for row in rows}),
         **{
             word: float(np.mean([row["verdict"] == word for row in rows])) for word in ("stopped", "harmless", "missed")
         },
+        "missed_runs": sum(row["verdict"] == "missed" for row in rows),
+        **_by_gel(rows, "missed"),
+        **_by_gel(rows, "opened"),
         "unnamed": sum(row["verdict"] == "unnamed" for row in rows),
         "opened": sum(row["opened"] for row in rows),
         "squeezed": float(np.mean([row["squeezed"] for row in rows])),
@@ -177,26 +250,45 @@ def _summary(name: str, rows: Sequence[Row]) -> Row:
     }
 
 
-def _compared(rows: Sequence[Row]) -> list[StudyTable]:
-    """Compare controllers, and detectors, by the missed runs of the same faults."""
-    found: dict[str, tuple[int, str, float]] = {}
+def _compared(rows: Sequence[Row], unit: str) -> list[StudyTable]:
+    """Compare controllers, and detectors, by the missed runs of the same faults: over gels, and over runs."""
+    table: list[Row] = []
     for part, other in (("controller", "detector"), ("detector", "controller")):
         by: dict[str, dict[tuple[Any, ...], bool]] = {}
         for row in rows:
-            what = tuple(row[key] for key in ("fault", "severity", "moment", "seed", other))
+            what = tuple(row[key] for key in ("seed", "fault", "severity", "moment", other))
             by.setdefault(row[part], {})[what] = row["verdict"] == "missed"
         for one, two in combinations(sorted(by), 2):
-            pairs = [(by[one][what], by[two][what]) for what in by[one].keys() & by[two].keys()]
-            missed = f"{sum(a for a, _ in pairs)} and {sum(b for _, b in pairs)}"
-            found[f"{one}, {two}"] = (len(pairs), missed, mcnemar(pairs))
-    if not found:
+            pairs: list[tuple[bool, bool]] = []
+            of_gels: dict[int, int] = {}
+            for what in by[one].keys() & by[two].keys():
+                pair = by[one][what], by[two][what]
+                pairs.append(pair)
+                of_gels[what[0]] = of_gels.get(what[0], 0) + pair[0] - pair[1]
+            more = [*of_gels.values()]
+            table.append(
+                {
+                    "pair": f"{one}, {two}",
+                    "runs": len(pairs),
+                    "missed": f"{sum(a for a, _ in pairs)} and {sum(b for _, b in pairs)}",
+                    "gels": len(more),
+                    "worse": f"{sum(value > 0 for value in more)} and {sum(value < 0 for value in more)}",
+                    "p": sign_test(more),
+                    "p_runs": mcnemar(pairs),
+                }
+            )
+    if not table:
         return []
-    corrected = holm({name: p for name, (_, _, p) in found.items()})
-    table: list[Row] = [
-        {"pair": name, "runs": runs, "missed": missed, "p": corrected[name]}
-        for name, (runs, missed, _) in found.items()
-    ]
-    return [StudyTable(_COMPARED, table)]
+    for key in ("p", "p_runs"):
+        corrected = holm({row["pair"]: row[key] for row in table})
+        for row in table:
+            row[key] = corrected[row["pair"]]
+    return [StudyTable(_headed(_COMPARED, unit), table)]
+
+
+def _headed(columns: Sequence[tuple[str, str, str]], unit: str) -> list[tuple[str, str, str]]:
+    """Return the columns with the name of the unit in their headings."""
+    return [(key, heading.format(unit=unit), form) for key, heading, form in columns]
 
 
 def _of(rows: Sequence[Row], key: str, value: str) -> list[Row]:
