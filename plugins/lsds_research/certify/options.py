@@ -54,7 +54,7 @@ class CertifyOptions(BaseModel):
     )
     most: int = Field(default=5, ge=0, le=100, description="number of failures to save")
     settings: Settings = []
-    quick: bool = Field(default=False, description="48 lifts of one second")
+    quick: bool = Field(default=False, description="48 lifts of one second, or as many as fit into a --budget")
     jobs: Jobs = Field(default_factory=processes, description="processes that lift")
     cluster: Cluster = ""
 

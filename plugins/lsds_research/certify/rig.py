@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from lsds.clock import WallClock
+from lsds.config.calibrated import KEY
 from lsds.config.overrides import override_texts
 from lsds.config.reading import read_toml
 from lsds.contracts import BuildContext
@@ -34,6 +35,9 @@ def simulated_rig(path: Path | None, host: PluginHost) -> tuple[list[str], list[
     load_config(path, host=host)
     tables = read_toml(path)
     tables.pop("$schema", None)
+    if KEY in tables:
+        # Names in a file count from its folder, those of overrides from the current one.
+        tables[KEY] = [str((path.parent / Path(name).expanduser()).resolve()) for name in tables[KEY]]
     notes: list[str] = []
     real = _gripper(tables, host, notes) | _sensor(tables, host, notes) | _arm(tables, host, notes)
     if real:

@@ -52,7 +52,8 @@ class CertifyStudy:
     def __init__(self, options: CertifyOptions, context: BuildContext) -> None:
         self._options, self._seed = options, context.seed
         self._budget_s = seconds_of(options.budget, "--budget")
-        self._runs = QUICK_RUNS if options.quick and not options.runs else options.runs
+        counts_lifts = options.quick and not {"runs", "budget"} & options.model_fields_set
+        self._runs = QUICK_RUNS if counts_lifts else options.runs
         self._space = read_space(Path(options.space)) if options.space else OBJECTS
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
@@ -82,7 +83,6 @@ class CertifyStudy:
             complete=complete,
             room=partial(self._room, began_ns),
         )
-        took_s = _since_s(began_ns)
         # Of all margins, those of a drop are what was counted.
         rows = [row | {"margin": _margin(row)} for row in chain.from_iterable(answered)]
         not_run = [row for row in rows if row["outcome"] == NOT_RUN]
@@ -91,6 +91,7 @@ class CertifyStudy:
         points[:, [axis.key in fixed for axis in space]] = 0.5
         dropped = np.array([row["margin"] < 0 for row in rows])
         found = zones(points, dropped, estimate.weights)
+        took_s = _since_s(began_ns)
         files = self._saved(rows, settings, limits)
         figures = _figures(rows, estimate)
         notes = [
@@ -163,10 +164,12 @@ class CertifyStudy:
         return min(round(_since_s(began_ns)), seconds), seconds
 
     def _overrun(self, took_s: float, runs: int) -> list[str]:
-        """Return that the lifts took longer than the budget, if they did: at least one is made, and none is cut off."""
+        """Return that it took longer than the budget, if it did: at least one lift is made, and none is cut off."""
         if self._runs or took_s <= OVERRUN * self._budget_s:
             return []
-        return [f"the {runs} lifts took {took_s:.0f} s instead of {self._budget_s:.0f} s: a lift is not cut off"]
+        return [
+            f"{runs} lifts and their zones took {took_s:.0f} s instead of {self._budget_s:.0f} s: a lift is not cut off"
+        ]
 
     def _saved(self, rows: Sequence[dict[str, Any]], settings: Sequence[str], limits: Limits) -> list[Path]:
         own = self._options

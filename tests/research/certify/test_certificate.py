@@ -8,17 +8,20 @@ import re
 import numpy as np
 import pytest
 from lsds_research.certify.duration import seconds_of
+from lsds_research.certify.options import CertifyOptions
 from lsds_research.certify.rig import simulated_rig
 from lsds_research.certify.sequential import Estimate
-from lsds_research.certify.study import _figures, _undecided, _within
+from lsds_research.certify.study import QUICK_RUNS, CertifyStudy, _figures, _undecided, _within
 from lsds_research.search import scenarios
 from lsds_research.search.objects import OBJECTS, completed
 from lsds_research.search.robustness import Limits
 from lsds_research.search.space import point_to_scenario
 
 from lsds.cli.main import main
+from lsds.clock import WallClock
 from lsds.config import load_config
 from lsds.config.overrides import override_texts
+from lsds.contracts import BuildContext
 from lsds.errors import ConfigError, DataError
 from lsds.registry.host import PluginHost
 
@@ -67,6 +70,22 @@ def test_a_simulated_rig_is_used_as_it_is(tmp_path):
     rig = tmp_path / "rig.toml"
     rig.write_text("[task]\nlift_speed_m_s = 0.02\n[gripper.mock-hand-e]\nlatency_ms = 80.0\n")
     assert simulated_rig(rig, PluginHost()) == (["task.lift_speed_m_s=0.02", "gripper.mock-hand-e.latency_ms=80.0"], [])
+
+
+def test_a_calibration_file_is_found_from_any_folder(tmp_path, monkeypatch):
+    (tmp_path / "grip.toml").write_text("[grip]\npower = 1.2\n")
+    rig = tmp_path / "rig.toml"
+    rig.write_text('calibration = ["grip.toml"]\n')
+    monkeypatch.chdir(tmp_path.parent)
+    keys, _ = simulated_rig(rig, PluginHost())
+    assert load_config(None, keys).grip.power == 1.2
+
+
+def test_a_quick_certificate_keeps_a_given_budget():
+    context = BuildContext(WallClock(), 0)
+    assert CertifyStudy(CertifyOptions(quick=True), context)._runs == QUICK_RUNS
+    assert CertifyStudy(CertifyOptions(quick=True, runs=3), context)._runs == 3
+    assert CertifyStudy(CertifyOptions(quick=True, budget="20s"), context)._runs == 0
 
 
 def test_a_rig_that_is_not_valid_is_one_error(tmp_path):
