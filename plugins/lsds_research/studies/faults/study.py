@@ -192,7 +192,9 @@ def _bounds_note(total: Row, unit: str) -> str:
     parts = []
     for word, runs in (("missed", total["missed_runs"]), ("opened", total["opened"])):
         most = total[f"{word}_most"]
-        bound = "no bound (install lsds[search])" if most is None else f"at most {100 * most:.0f} % of {unit}"
+        bound = (
+            "no bound (pip install 'lsds-tactile[search]')" if most is None else f"at most {100 * most:.0f} % of {unit}"
+        )
         parts.append(
             f"{word}: {runs} of {total['runs']} runs, on {total[f'{word}_gels']} of {total['gels']} {unit}; {bound}"
         )
