@@ -32,6 +32,13 @@ LEAST_LEARNT_FRAMES = 6
 """Minimum number of such frames."""
 LEARNING_DELAY_FRAMES = 8
 """Frames without touch after which a frame is learnt from: a faint touch that grows slowly must not be learnt."""
+LEARNING_TRAVEL_M = 1.5e-3
+"""Closing of the fingers without touch after which a frame is learnt from, m: the smooth face of a phone shows when
+both gels are pressed in by 0.85 mm together (simulated)."""
+AT_REST_M = 1e-4
+"""Closing since the start up to which the fingers have not begun to close, m: below a tick of the gripper."""
+MOST_WAITING = 256
+"""Maximum number of frames that wait to be learnt from; chosen, for bounded memory."""
 TOUCHED = 6.0
 """Change, in standard deviations, that is a touch."""
 APERTURES = 256
@@ -68,15 +75,20 @@ class TouchSense:
         self._free: deque[Blocks] = deque(maxlen=LEARNT)
         self._changes: deque[float] = deque(maxlen=LEARNT)
         self._products: deque[float] = deque(maxlen=LEARNT)
-        self._waiting: deque[tuple[Blocks, float, float]] = deque()
+        self._waiting: deque[tuple[Blocks, float, float, float]] = deque(maxlen=MOST_WAITING)
+        self._widest_m = -math.inf
         self.forget()
 
     def forget(self) -> None:
         """Multiply frames from now on only: the fingers have opened, and what they touched may be gone."""
         self._recent: deque[Blocks] = deque(maxlen=PAIRED_FRAMES)
 
-    def update(self, frame: Frame) -> bool:
-        """Take the next frame; return whether an object touches the gel. False until enough frames were taken."""
+    def update(self, frame: Frame, aperture_m: float = math.nan) -> bool:
+        """Take the next frame; return whether an object touches the gel. False until enough frames were taken.
+
+        `aperture_m` is the gripper's aperture at the frame's time, NaN if it is not known.
+        """
+        self._widest_m = max(self._widest_m, aperture_m)
         # Block means rounded to integers would hide a faint relief.
         image = frame.image.astype(np.float32)
         blocks = np.asarray(cv2.resize(image, BLOCKS, interpolation=cv2.INTER_AREA), np.float32)
@@ -109,13 +121,20 @@ class TouchSense:
         if self.score > TOUCHED:
             self._waiting.clear()
             return True
-        self._waiting.append((blocks, change, product))
-        if len(self._waiting) > LEARNING_DELAY_FRAMES:
-            old_blocks, old_change, old_product = self._waiting.popleft()
+        self._waiting.append((blocks, change, product, aperture_m))
+        while self._is_free():
+            old_blocks, old_change, old_product, _ = self._waiting.popleft()
             self._learn(old_blocks, old_change)
             if math.isfinite(old_product):
                 self._products.append(old_product)
         return False
+
+    def _is_free(self) -> bool:
+        """Return whether the oldest waiting frame shows no contact: a faint touch would have grown since."""
+        if len(self._waiting) <= LEARNING_DELAY_FRAMES:
+            return False
+        old_m, now_m = self._waiting[0][-1], self._waiting[-1][-1]
+        return not (old_m - now_m < LEARNING_TRAVEL_M and self._widest_m - now_m > AT_REST_M)
 
     def _mean_product(self, still: Blocks) -> float:
         """Return the mean product of the recent frames' changes, in pairs that lie apart; NaN without such a pair."""
@@ -222,14 +241,14 @@ class TouchFinder:
             sense.forget()
 
     def _take(self, name: str, frame: Frame, now_ns: int) -> None:
-        touches = self._senses[name].update(frame)
+        aperture = aperture_at(self._apertures, frame.t_ns)
+        touches = self._senses[name].update(frame, aperture)
         if self._senses[name].frozen:
             return
         self._seen_ns[name] = frame.t_ns
         self._count[name] += 1
         self._heard_ns[name] = now_ns
         self._touching[name] = touches
-        aperture = aperture_at(self._apertures, frame.t_ns)
         self._untouched[name] = 0 if touches else self._untouched[name] + 1
         if not touches:
             self._free_m[name] = aperture

@@ -13,6 +13,7 @@ from lsds_plugins.controllers.belief import ARRIVES, BeliefController, BeliefOpt
 
 from lsds.clock import VirtualClock
 from lsds.contracts import ABSTAINED, BuildContext, ContactLoad, Detection, GripEstimate, GripTask, SlipEstimate
+from lsds.grip.fragile import SAFE, STEEPNESS
 from lsds.grip.observer import GripObserver
 from lsds.grip.options import GripOptions
 
@@ -68,37 +69,54 @@ class Grip:
         return [self.frame(load_n, slip=False, **more) for _ in range(round(seconds / 0.04))][-1]
 
 
+def sliding(squeeze_mm, frame, touch_m=TOUCH_M, normal_n=1.0):
+    """Return a grip of a sliding object that needs a far greater squeeze."""
+    return GripEstimate(
+        t_ns=frame * FRAME_NS,
+        dt_s=0.04,
+        detection=Detection(True, 0.95, 0.5, 0.9, 0.95),
+        estimate=ABSTAINED,
+        commanded_m=TOUCH_M - 2e-3 if touch_m != TOUCH_M else touch_m - 1e-3 * squeeze_mm,
+        touch_m=touch_m,
+        squeeze_m=1e-3 * squeeze_mm,
+        load_n=0.5,
+        load_n_s=0.0,
+        greatest_n=0.5,
+        stale=False,
+        normal_n=normal_n,
+        slips=0.9,
+        slip_m_s=0.04,
+        required_m=lambda *_: 0.02,
+        complete=True,
+    )
+
+
 def test_a_corrected_touch_gives_a_fragile_object_no_greater_force():
     """The squeeze counts from another touch then: what it withstands is not that of the squeezes before."""
     controller = BeliefController(BeliefOptions(), BuildContext(VirtualClock(), 0))
+    wanted = GripTask(resolution_m=1e-5, answer_s=0.11, fragile_n=2.0)
+    for k in range(6):
+        controller.update(replace(sliding(2.0, k), slips=0.0), wanted)
     sent_mm = []
-    for k in range(12):
-        squeeze_mm = 2.0 if k < 6 else 1.0
-        touch_m = TOUCH_M if k < 6 else TOUCH_M - 1e-3
-        grip = GripEstimate(
-            t_ns=k * FRAME_NS,
-            dt_s=0.04,
-            detection=Detection(True, 0.95, 0.5, 0.9, 0.95),
-            estimate=ABSTAINED,
-            commanded_m=TOUCH_M - 2e-3,
-            touch_m=touch_m,
-            squeeze_m=1e-3 * squeeze_mm,
-            load_n=0.5,
-            load_n_s=0.0,
-            greatest_n=0.5,
-            stale=False,
-            normal_n=1.0,
-            slips=0.9 if k >= 6 else 0.0,
-            slip_m_s=0.04,
-            required_m=lambda *_: 0.02,
-            complete=True,
-        )
-        asked = controller.update(grip, GripTask(resolution_m=1e-5, answer_s=0.11, fragile_n=2.0))
-        if asked is not None and k >= 6:
-            sent_mm.append(1e3 * (touch_m - asked))
+    for k in range(6, 12):
+        asked = controller.update(sliding(1.0, k, touch_m=TOUCH_M - 1e-3), wanted)
+        if asked is not None:
+            sent_mm.append(1e3 * (TOUCH_M - 1e-3 - asked))
     # 1 N at 1 mm: 2 N are reached at 1.7 mm.
     assert sent_mm
     assert max(sent_mm) < 1.7
+
+
+def test_a_fragile_object_bears_the_tick_to_which_the_gripper_rounds():
+    controller = BeliefController(BeliefOptions(), BuildContext(VirtualClock(), 0))
+    tick_mm, squeeze_mm = 0.3, 1.0
+    for k in range(0, 100, 10):
+        grip = sliding(squeeze_mm, k, normal_n=squeeze_mm**STEEPNESS)
+        asked = controller.update(grip, GripTask(resolution_m=1e-3 * tick_mm, answer_s=0.11, fragile_n=2.0))
+        if asked is not None:
+            squeeze_mm = 1e3 * (TOUCH_M - asked)
+            assert (squeeze_mm + tick_mm / 2) ** STEEPNESS <= SAFE * 2.0 + 1e-9
+    assert squeeze_mm > 1.0
 
 
 def left_behind(frames):

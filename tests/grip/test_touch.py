@@ -79,6 +79,24 @@ def test_a_touch_that_grows_slowly_does_not_become_what_the_gel_looks_like():
     assert all(touched[touched.index(True) :])
 
 
+def test_a_touch_under_fingers_that_close_tick_by_tick_does_not_become_what_the_gel_looks_like():
+    finder = TouchFinder(["left"], 0)
+    for step in range(160):
+        # Ten frames at each tick of 0.22 mm: within eight frames a faint relief hardly grows.
+        closed_mm = 0.22 * max(step // 10 - 4, 0)
+        own = Frame(image(step, pressed=0.08 * max(closed_mm - 0.6, 0.0)), step * 40 * MS, step)
+        finder.see(situation(step * 40 * MS, 0.02 - 1e-3 * closed_mm, [("left", own)]))
+    assert finder.touching
+
+
+def test_a_light_that_drifts_before_the_fingers_close_is_learnt():
+    finder = TouchFinder(["left"], 0)
+    for step in range(400):
+        own = Frame(image(step, pressed=0.002 * step), step * 40 * MS, step)
+        finder.see(situation(step * 40 * MS, 0.02, [("left", own)]))
+        assert not finder.touching
+
+
 def test_there_is_no_touch_before_the_gel_is_known():
     assert not TouchSense().update(frame(1, pressed=20.0))
 

@@ -172,7 +172,8 @@ class BeliefController:
         base_m = grip.squeeze_m if slides and not under_way else max(grip.squeeze_m, held_m)
         grows = min(grip.slip_m_s * wanted.answer_s / self._slip_m(grip), math.log(self._options.growth))
         target_m = min(wanted_m, max(base_m * math.exp(grows), base_m + tick_m))
-        allowed_m = self._bearing.allowed_m(wanted.fragile_n, grip.squeeze_m, grip.normal_n)
+        # The gripper rounds to its ticks, by up to half of one.
+        allowed_m = self._bearing.allowed_m(wanted.fragile_n, grip.squeeze_m, grip.normal_n) - tick_m / 2
         self.held_back = target_m > allowed_m
         target_m = min(target_m, allowed_m)
         if not target_m > held_m:
