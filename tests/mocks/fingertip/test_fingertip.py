@@ -294,6 +294,29 @@ def test_what_touches_covers_a_part_of_the_pad(shape, x_m, y_m, yaw, tilt):
         assert -0.01 <= touch.reach_m[0] < touch.reach_m[1] <= 0.01
 
 
+@pytest.mark.parametrize(
+    ("shape", "at_m", "indentation_m", "reach_m", "tilt_rad"),
+    [
+        ("cylinder", (0.002, -0.03), -0.005226110182761238, (-0.01, 0.009349695153154845), 0.2),
+        ("cylinder", (0.012, 0.001), 0.00017818580401510447, None, 0.2),
+        ("box", (0.002, -0.03), -0.0044628659858041795, (-0.01, 0.009045185336447749), 0.22330745949001382),
+        ("box", (0.012, 0.001), -0.0009744728469164958, None, 0.22330745949001382),
+        ("edge", (0.002, -0.03), -0.005277084625058597, (-0.01, 0.009045185336447749), 0.22330745949001382),
+        ("edge", (0.012, 0.001), 0.0001272113617177429, None, 0.22330745949001382),
+    ],
+)
+def test_a_touch_is_that_of_array_arithmetic(shape, at_m, indentation_m, reach_m, tilt_rad):
+    """The expected values are those of NumPy's vectors, which the written-out ones replace."""
+    outline = Outline(shape, 0.01, 0.03, 0.04, 0.02 if shape == "box" else 0.01)
+    rotation = turned(0.3, 2) @ turned(0.2, 0) @ turned(0.1, 1)
+    touch = outline.touch(Pose.of((*at_m, 9.5e-3), rotation), (0.025, 0.02))
+    assert touch.indentation_m == pytest.approx(indentation_m, rel=0, abs=1e-12)
+    assert touch.reach_m == (reach_m and pytest.approx(reach_m, rel=0, abs=1e-12))
+    assert touch.tilt_rad == pytest.approx(tilt_rad, rel=0, abs=1e-12)
+    rolls = (math.cos(0.3), math.sin(0.3)) if shape == "cylinder" else (0.0, 0.0)
+    assert touch.rolls == pytest.approx(rolls, rel=0, abs=1e-12)
+
+
 @pytest.mark.parametrize("degrees", [0, 5, 10, 20])
 def test_a_tilted_cylinder_is_as_deep_as_its_surface(degrees):
     """A straight line along z through the pad's centre leaves the cylinder at its axis' height less r / cos(tilt)."""
