@@ -31,7 +31,7 @@ from lsds_mocks.gel.auto.report import STRAIN_INVALID, invalid_reasons
 from lsds_mocks.gel.placement import ORIGIN, Placement
 from lsds_mocks.gel.protocol import NO_REACTION, Reaction
 from lsds_mocks.optics.renderer import Renderer
-from lsds_mocks.plant.plant import STILL_STICKS
+from lsds_mocks.plant.slip import radius_of_gyration_m, sliding_speed_m_s, slips
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -287,7 +287,7 @@ class SimulatedFingertip:
             x, y = (gel.points_m @ state.pressure_n) / load
             self._centre_m = (float(x), float(y))
         self._rolled_m = _along(touch.rolls, touch.place.x_m - self._place.x_m, touch.place.y_m - self._place.y_m)
-        self._slips = self._reaction.normal_n > 0 and gel.stick_ratio <= STILL_STICKS
+        self._slips = slips(gel, self._reaction.normal_n)
         if self._slips:
             self._slip_distance_m += math.hypot(moved.dx_m, moved.dy_m)
 
@@ -307,12 +307,9 @@ class SimulatedFingertip:
         return depth
 
     def _sliding_speed(self, points: NDArray[np.float64]) -> float:
-        """Return the mean speed (m/s) of the patch against the object; rotation counts at its radius of gyration."""
         if points is not self._points:
-            self._points = points
-            x, y = points
-            self._radius_m = math.sqrt(float(x.var() + y.var())) if x.size else 0.0
-        return math.hypot(self._speed.dx_m, self._speed.dy_m, self._speed.dtheta_rad * self._radius_m)
+            self._points, self._radius_m = points, radius_of_gyration_m(points)
+        return sliding_speed_m_s(*self._speed, self._radius_m)
 
     def _wrench(self, pad: Pose) -> NDArray[np.float64]:
         """Return the wrench on the object about the pad's origin, in the world's axes."""
