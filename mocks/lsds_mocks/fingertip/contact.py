@@ -79,6 +79,19 @@ class Outline:
             return None
         return Touch(-height, reach, math.acos(_unit(-outward[2])), place, rolls)
 
+    def offset_m(self, place: Placement, pad_width_m: float) -> float:
+        """Return how far a contact lies off the pad's centre (m) in directions that change it: not along an object, nor
+        across a face that covers the pad's width."""
+        if self.shape == "sphere":
+            return math.hypot(place.x_m, place.y_m)
+        offset = abs(place.x_m * math.cos(place.angle_rad) + place.y_m * math.sin(place.angle_rad))
+        covers = self.shape == "box" and self.half_width_m - offset >= pad_width_m / 2
+        return 0.0 if covers else offset
+
+    def yaw_rad(self, place: Placement) -> float:
+        """Return the turn of an object's outline about the pad's normal (rad), from 0 to pi/2; 0 for a sphere."""
+        return 0.0 if self.shape == "sphere" else abs(math.remainder(place.angle_rad, math.pi))
+
     def _ball(self, height_m: float, place: Placement, half_pad: tuple[float, float]) -> Touch | None:
         cap_m = self._cap_m(height_m)
         if not (abs(place.x_m) < half_pad[0] + cap_m and abs(place.y_m) < half_pad[1] + cap_m):

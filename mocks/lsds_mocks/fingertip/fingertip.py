@@ -45,6 +45,10 @@ TILT_VALID_RAD = math.radians(10)
 """Tilt of the object against the pad up to which results are valid, rad. Not measured: the gel has no tilt."""
 TILT_MOST_RAD = math.radians(45)
 """Tilt beyond which a fingertip carries nothing, rad; chosen: an object that stands on an edge has no side to press."""
+OFFSET_BRISTLES_M = 1e-3
+"""Offset of the contact from the pad's centre up to which results of bristles are valid, m; chosen."""
+YAW_BRISTLES_RAD = math.radians(10)
+"""Turn of the object about the pad's normal up to which results of bristles are valid, rad; chosen."""
 
 Side = Literal["front", "back"]
 
@@ -230,6 +234,7 @@ class SimulatedFingertip:
             self.gel.commit()
         self._seen = None
         self._place = ORIGIN
+        self._lies: Placement | None = None
         self._speed = self._moved = NO_MOTION
         self._indentation_m = 0.0
         self._pressed = None
@@ -263,6 +268,7 @@ class SimulatedFingertip:
         ahead = [2 * new - old for new, old in zip(moved, self._moved, strict=True)]
         self._seen, self._speed, self._moved = seen, speed, moved
         self._indentation_m = touch.indentation_m
+        self._lies = touch.place
         if normal_n is None:
             depth = min(max(depth, 0.0), self._thickness_m)
         else:
@@ -350,6 +356,24 @@ class SimulatedFingertip:
         place = self._place
         return dataclasses.replace(self.gel.state(), body=(place.x_m, place.y_m, place.angle_rad))
 
+    def _ignored_by_bristles(self) -> list[str]:
+        """Return where the object lies otherwise than bristles assume: at the pad's centre, along its y."""
+        if self.options.fidelity != "winkler" or self._lies is None:
+            return []
+        found = []
+        offset_m, yaw_rad = self._outline.offset_m(self._lies, self._pad_m[0]), self._outline.yaw_rad(self._lies)
+        if offset_m > OFFSET_BRISTLES_M:
+            found.append(
+                f"contact is {offset_m * 1e3:.1f} mm off the pad's centre: the gel 'winkler' ignores that, and is not "
+                f"valid beyond {OFFSET_BRISTLES_M * 1e3:g} mm; use 'pad' or 'auto'"
+            )
+        if yaw_rad > YAW_BRISTLES_RAD:
+            found.append(
+                f"object is turned by {math.degrees(yaw_rad):.0f} degrees about the pad's normal: the gel 'winkler' "
+                f"ignores that, and is not valid beyond {math.degrees(YAW_BRISTLES_RAD):.0f}; use 'pad' or 'auto'"
+            )
+        return found
+
     def truth(self) -> FingertipTruth:
         """Return the true state."""
         invalid = invalid_reasons(self._deepest_m / self._thickness_m)
@@ -358,6 +382,7 @@ class SimulatedFingertip:
             invalid.append(f"object is tilted by {tilt:.0f} degrees against the pad: not valid beyond {most:.0f}")
         if self._tilt_rad > TILT_MOST_RAD:
             invalid.append(f"beyond a tilt of {math.degrees(TILT_MOST_RAD):.0f} degrees the pad carries nothing")
+        invalid += self._ignored_by_bristles()
         speed = self._speed if self._slips else NO_MOTION
         load = self._reaction
         return FingertipTruth(

@@ -189,6 +189,34 @@ def test_a_tilted_object_is_reported_as_not_valid():
     assert "tilted by 12 degrees" in tip.truth().invalid[0]
 
 
+@pytest.mark.parametrize("fidelity", ["winkler", "pad"])
+def test_a_place_that_bristles_ignore_is_reported_as_not_valid(fidelity):
+    def reasons(**pose):
+        tip = fingertip(fidelity=fidelity, shape="box", width_mm=10)
+        settled(tip, at(0.3e-3, **pose))
+        return " ".join(tip.truth().invalid)
+
+    assert reasons(x_m=0.9e-3, rotation=turned(math.radians(9), 2)) == ""
+    assert ("1.2 mm off the pad's centre" in reasons(x_m=1.2e-3)) == (fidelity == "winkler")
+    assert ("turned by 12 degrees" in reasons(rotation=turned(math.radians(-12), 2))) == (fidelity == "winkler")
+    # A flipped box has the same outline.
+    assert reasons(rotation=turned(math.pi, 2)) == ""
+
+
+@pytest.mark.parametrize(
+    ("shape", "pose"),
+    [
+        ("cylinder", {"y_m": 2e-3}),
+        ("sphere", {"rotation": turned(1.0, 2)}),
+    ],
+)
+def test_a_place_that_changes_nothing_is_valid_on_bristles(shape, pose):
+    """A long object may lie anywhere along its length, and a ball has no yaw."""
+    tip = fingertip(shape=shape)
+    settled(tip, at(0.3e-3, **pose))
+    assert tip.truth().invalid == ()
+
+
 def test_motion_is_that_of_the_material_at_the_pad():
     before = at(0.0)
     # Rolling about its axis moves a cylinder's surface by angle times radius.
