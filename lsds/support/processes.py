@@ -52,11 +52,12 @@ def read_lines(stream: Iterable[str], take: Callable[[str | None], object]) -> N
 def spread(work: Callable[[Item], Result], items: Sequence[Item], jobs: int) -> Iterator[tuple[Item, Result | None]]:
     """Yield each item with the result of `work` as it is done; the result is None if its process died.
 
-    `work` must be picklable if `jobs` > 1, and must not return None. An exception of `work` is raised here after the
-    items in progress have ended; the same holds when the iteration is interrupted, for example by Ctrl-C. Raises
-    DataError if no process can be started.
+    With `jobs` > 1 even a single item runs in its own process, so that its crash does not end this one. `work` must
+    then be picklable. It must not return None. An exception of `work` is raised here after the items in progress have
+    ended; the same holds when the iteration is interrupted, for example by Ctrl-C. Raises DataError if no process can
+    be started.
     """
-    if jobs <= 1 or len(items) <= 1:
+    if jobs <= 1 or not items:
         yield from ((item, work(item)) for item in items)
         return
     waiting, suspects = deque(items), list[Item]()

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from lsds_mocks.plant.plant import STILL_STICKS
+from lsds_mocks.plant.slip import STILL_STICKS
 from mock_rig import STRONG_M, WEAK_M, demonstration, make_rig
 
 

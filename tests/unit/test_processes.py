@@ -47,6 +47,10 @@ def test_an_error_of_the_work_is_raised(jobs):
         list(spread(wrong, range(6), jobs))
 
 
+def test_a_single_item_cannot_crash_the_caller():
+    assert list(spread(deadly, [3], 2)) == [(3, None)]
+
+
 def pids(number):
     return os.getpid() if number != 2 else os._exit(1)
 

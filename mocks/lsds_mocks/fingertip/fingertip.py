@@ -31,7 +31,7 @@ from lsds_mocks.gel.auto.report import STRAIN_INVALID, invalid_reasons
 from lsds_mocks.gel.placement import ORIGIN, Placement
 from lsds_mocks.gel.protocol import NO_REACTION, Reaction
 from lsds_mocks.optics.renderer import Renderer
-from lsds_mocks.plant.plant import STILL_STICKS
+from lsds_mocks.plant.slip import radius_of_gyration_m, sliding_speed_m_s, slips
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -45,6 +45,10 @@ TILT_VALID_RAD = math.radians(10)
 """Tilt of the object against the pad up to which results are valid, rad. Not measured: the gel has no tilt."""
 TILT_MOST_RAD = math.radians(45)
 """Tilt beyond which a fingertip carries nothing, rad; chosen: an object that stands on an edge has no side to press."""
+OFFSET_BRISTLES_M = 1e-3
+"""Offset of the contact from the pad's centre up to which results of bristles are valid, m; chosen."""
+YAW_BRISTLES_RAD = math.radians(10)
+"""Turn of the object about the pad's normal up to which results of bristles are valid, rad; chosen."""
 
 Side = Literal["front", "back"]
 
@@ -230,6 +234,7 @@ class SimulatedFingertip:
             self.gel.commit()
         self._seen = None
         self._place = ORIGIN
+        self._lies: Placement | None = None
         self._speed = self._moved = NO_MOTION
         self._indentation_m = 0.0
         self._pressed = None
@@ -263,6 +268,7 @@ class SimulatedFingertip:
         ahead = [2 * new - old for new, old in zip(moved, self._moved, strict=True)]
         self._seen, self._speed, self._moved = seen, speed, moved
         self._indentation_m = touch.indentation_m
+        self._lies = touch.place
         if normal_n is None:
             depth = min(max(depth, 0.0), self._thickness_m)
         else:
@@ -287,7 +293,7 @@ class SimulatedFingertip:
             x, y = (gel.points_m @ state.pressure_n) / load
             self._centre_m = (float(x), float(y))
         self._rolled_m = _along(touch.rolls, touch.place.x_m - self._place.x_m, touch.place.y_m - self._place.y_m)
-        self._slips = self._reaction.normal_n > 0 and gel.stick_ratio <= STILL_STICKS
+        self._slips = slips(gel, self._reaction.normal_n)
         if self._slips:
             self._slip_distance_m += math.hypot(moved.dx_m, moved.dy_m)
 
@@ -307,12 +313,9 @@ class SimulatedFingertip:
         return depth
 
     def _sliding_speed(self, points: NDArray[np.float64]) -> float:
-        """Return the mean speed (m/s) of the patch against the object; rotation counts at its radius of gyration."""
         if points is not self._points:
-            self._points = points
-            x, y = points
-            self._radius_m = math.sqrt(float(x.var() + y.var())) if x.size else 0.0
-        return math.hypot(self._speed.dx_m, self._speed.dy_m, self._speed.dtheta_rad * self._radius_m)
+            self._points, self._radius_m = points, radius_of_gyration_m(points)
+        return sliding_speed_m_s(*self._speed, self._radius_m)
 
     def _wrench(self, pad: Pose) -> NDArray[np.float64]:
         """Return the wrench on the object about the pad's origin, in the world's axes."""
@@ -353,6 +356,24 @@ class SimulatedFingertip:
         place = self._place
         return dataclasses.replace(self.gel.state(), body=(place.x_m, place.y_m, place.angle_rad))
 
+    def _ignored_by_bristles(self) -> list[str]:
+        """Return where the object lies otherwise than bristles assume: at the pad's centre, along its y."""
+        if self.options.fidelity != "winkler" or self._lies is None:
+            return []
+        found = []
+        offset_m, yaw_rad = self._outline.offset_m(self._lies, self._pad_m[0]), self._outline.yaw_rad(self._lies)
+        if offset_m > OFFSET_BRISTLES_M:
+            found.append(
+                f"contact is {offset_m * 1e3:.1f} mm off the pad's centre: the gel 'winkler' ignores that, and is not "
+                f"valid beyond {OFFSET_BRISTLES_M * 1e3:g} mm; use 'pad' or 'auto'"
+            )
+        if yaw_rad > YAW_BRISTLES_RAD:
+            found.append(
+                f"object is turned by {math.degrees(yaw_rad):.0f} degrees about the pad's normal: the gel 'winkler' "
+                f"ignores that, and is not valid beyond {math.degrees(YAW_BRISTLES_RAD):.0f}; use 'pad' or 'auto'"
+            )
+        return found
+
     def truth(self) -> FingertipTruth:
         """Return the true state."""
         invalid = invalid_reasons(self._deepest_m / self._thickness_m)
@@ -361,6 +382,7 @@ class SimulatedFingertip:
             invalid.append(f"object is tilted by {tilt:.0f} degrees against the pad: not valid beyond {most:.0f}")
         if self._tilt_rad > TILT_MOST_RAD:
             invalid.append(f"beyond a tilt of {math.degrees(TILT_MOST_RAD):.0f} degrees the pad carries nothing")
+        invalid += self._ignored_by_bristles()
         speed = self._speed if self._slips else NO_MOTION
         load = self._reaction
         return FingertipTruth(

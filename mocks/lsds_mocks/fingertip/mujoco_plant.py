@@ -21,6 +21,7 @@ from lsds_mocks.fingertip.fingertip import SimulatedFingertip
 from lsds_mocks.fingertip.mujoco_scene import MujocoFingertip, MujocoScene, frame_kind, mass_of, mujoco_engine
 from lsds_mocks.fingertip.pipe import PAD_KG, longest_step_s, pipe_mjcf
 from lsds_mocks.plant.physics import FINGERS, Physics
+from lsds_mocks.plant.slip import drops
 from lsds_mocks.plant.vibration import Vibration
 
 if TYPE_CHECKING:
@@ -100,9 +101,8 @@ class MujocoPlant(Physics):
         self.normal_n = sum(each.normal_force_n for each in truths) / FINGERS
         self._deepest_m = max(self._deepest_m, *(each.indentation_m for each in truths))
         self.supported = self._is_supported()
-        held = self.normal_n > 0 or self.supported
-        slipped_m = truths[0].slip_distance_m
-        self.dropped = self.dropped or not held or slipped_m > self._options.drop_slip_mm * 1e-3
+        most_slip_m = self._options.drop_slip_mm * 1e-3
+        self.dropped = self.dropped or drops(self.normal_n, self.supported, truths[0].slip_distance_m, most_slip_m)
 
     def gel_state(self) -> GelState:
         """Return a copy of the left gel's history, including the object's placement."""

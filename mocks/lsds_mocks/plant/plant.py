@@ -13,6 +13,7 @@ from lsds_mocks.plant.changes import Changes
 from lsds_mocks.plant.lift import ObjectMotion, step_object
 from lsds_mocks.plant.physics import FINGERS, OPEN_APERTURE_M, Physics
 from lsds_mocks.plant.planar import Body, PlanarMotion, step_planar
+from lsds_mocks.plant.slip import drops, radius_of_gyration_m, sliding_speed_m_s, slips
 from lsds_mocks.plant.squeeze import Squeeze
 
 if TYPE_CHECKING:
@@ -20,10 +21,6 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.state import GelState
     from lsds_mocks.plant.friction import SurfaceFriction
     from lsds_mocks.plant.vibration import Vibration
-
-STILL_STICKS = 0.1
-"""Greatest sticking part of the contact that still counts as gross slip: while a rough or porous surface slides, a cell
-or two may stick briefly at any time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,13 +117,14 @@ class Plant(Physics):
         else:
             self.travel_m = self.arm.position_m + self._shake_m - self.parameters.grip_height_m - self.body.height_m
             self.relative_m_s = (self.travel_m - travelled) / dt_s
-        slips = self.normal_n > 0 and gel.stick_ratio <= STILL_STICKS
-        self.slip_m_s = self.relative_m_s if slips else 0.0
-        self.slip_x_m_s = self.relative_x_m_s if slips else 0.0
-        self.slip_rate_rad_s = self.relative_rad_s if slips else 0.0
+        sliding = slips(gel, self.normal_n)
+        self.slip_m_s = self.relative_m_s if sliding else 0.0
+        self.slip_x_m_s = self.relative_x_m_s if sliding else 0.0
+        self.slip_rate_rad_s = self.relative_rad_s if sliding else 0.0
         self.slip_distance_m += math.hypot(self.slip_m_s, self.slip_x_m_s) * dt_s
-        held = self.normal_n > 0 or self.body.supported
-        self.dropped = self.dropped or not held or self.slip_distance_m > self.parameters.drop_slip_m
+        self.dropped = self.dropped or drops(
+            self.normal_n, self.body.supported, self.slip_distance_m, self.parameters.drop_slip_m
+        )
 
     def gel_state(self) -> GelState:
         """Return a copy of the gel's history, including the object's placement."""
@@ -135,12 +133,9 @@ class Plant(Physics):
         return dataclasses.replace(state, body=(place[0], place[1], place[2]))
 
     def _sliding_speed(self) -> float:
-        """Return the mean speed (m/s) of the patch against the object; rotation counts at its radius of gyration."""
-        if not self.relative_rad_s:
-            return math.hypot(self.relative_m_s, self.relative_x_m_s)
-        x, y = self.gel.points_m
-        radius = math.sqrt(float(x.var() + y.var())) if x.size else 0.0
-        return math.hypot(self.relative_m_s, self.relative_x_m_s, self.relative_rad_s * radius)
+        # Most objects do not rotate, and the radius takes longer than the rest.
+        radius_m = radius_of_gyration_m(self.gel.points_m) if self.relative_rad_s else 0.0
+        return sliding_speed_m_s(self.relative_x_m_s, self.relative_m_s, self.relative_rad_s, radius_m)
 
     def _move(self, carrier_velocity_m_s: float, dt_s: float) -> Reaction:
         """Move the object by one step while the gel's base rises at a velocity; return the gel's reaction."""

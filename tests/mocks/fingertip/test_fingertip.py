@@ -189,6 +189,34 @@ def test_a_tilted_object_is_reported_as_not_valid():
     assert "tilted by 12 degrees" in tip.truth().invalid[0]
 
 
+@pytest.mark.parametrize("fidelity", ["winkler", "pad"])
+def test_a_place_that_bristles_ignore_is_reported_as_not_valid(fidelity):
+    def reasons(**pose):
+        tip = fingertip(fidelity=fidelity, shape="box", width_mm=10)
+        settled(tip, at(0.3e-3, **pose))
+        return " ".join(tip.truth().invalid)
+
+    assert reasons(x_m=0.9e-3, rotation=turned(math.radians(9), 2)) == ""
+    assert ("1.2 mm off the pad's centre" in reasons(x_m=1.2e-3)) == (fidelity == "winkler")
+    assert ("turned by 12 degrees" in reasons(rotation=turned(math.radians(-12), 2))) == (fidelity == "winkler")
+    # A flipped box has the same outline.
+    assert reasons(rotation=turned(math.pi, 2)) == ""
+
+
+@pytest.mark.parametrize(
+    ("shape", "pose"),
+    [
+        ("cylinder", {"y_m": 2e-3}),
+        ("sphere", {"rotation": turned(1.0, 2)}),
+    ],
+)
+def test_a_place_that_changes_nothing_is_valid_on_bristles(shape, pose):
+    """A long object may lie anywhere along its length, and a ball has no yaw."""
+    tip = fingertip(shape=shape)
+    settled(tip, at(0.3e-3, **pose))
+    assert tip.truth().invalid == ()
+
+
 def test_motion_is_that_of_the_material_at_the_pad():
     before = at(0.0)
     # Rolling about its axis moves a cylinder's surface by angle times radius.
@@ -292,6 +320,29 @@ def test_what_touches_covers_a_part_of_the_pad(shape, x_m, y_m, yaw, tilt):
     touch = outline.touch(Pose.of((x_m, y_m, 9e-3), turned(yaw, 2) @ turned(tilt, 0)), (0.025, 0.02))
     if touch is not None and touch.reach_m is not None:
         assert -0.01 <= touch.reach_m[0] < touch.reach_m[1] <= 0.01
+
+
+@pytest.mark.parametrize(
+    ("shape", "at_m", "indentation_m", "reach_m", "tilt_rad"),
+    [
+        ("cylinder", (0.002, -0.03), -0.005226110182761238, (-0.01, 0.009349695153154845), 0.2),
+        ("cylinder", (0.012, 0.001), 0.00017818580401510447, None, 0.2),
+        ("box", (0.002, -0.03), -0.0044628659858041795, (-0.01, 0.009045185336447749), 0.22330745949001382),
+        ("box", (0.012, 0.001), -0.0009744728469164958, None, 0.22330745949001382),
+        ("edge", (0.002, -0.03), -0.005277084625058597, (-0.01, 0.009045185336447749), 0.22330745949001382),
+        ("edge", (0.012, 0.001), 0.0001272113617177429, None, 0.22330745949001382),
+    ],
+)
+def test_a_touch_is_that_of_array_arithmetic(shape, at_m, indentation_m, reach_m, tilt_rad):
+    """The expected values are those of NumPy's vectors, which the written-out ones replace."""
+    outline = Outline(shape, 0.01, 0.03, 0.04, 0.02 if shape == "box" else 0.01)
+    rotation = turned(0.3, 2) @ turned(0.2, 0) @ turned(0.1, 1)
+    touch = outline.touch(Pose.of((*at_m, 9.5e-3), rotation), (0.025, 0.02))
+    assert touch.indentation_m == pytest.approx(indentation_m, rel=0, abs=1e-12)
+    assert touch.reach_m == (reach_m and pytest.approx(reach_m, rel=0, abs=1e-12))
+    assert touch.tilt_rad == pytest.approx(tilt_rad, rel=0, abs=1e-12)
+    rolls = (math.cos(0.3), math.sin(0.3)) if shape == "cylinder" else (0.0, 0.0)
+    assert touch.rolls == pytest.approx(rolls, rel=0, abs=1e-12)
 
 
 @pytest.mark.parametrize("degrees", [0, 5, 10, 20])

@@ -114,6 +114,26 @@ def test_letting_go_forgets_the_path():
     assert gel.stick_ratio == 1
 
 
+@pytest.mark.parametrize("name", ["pipe", "block"])
+def test_the_report_keeps_cost_and_warnings_after_a_release(name):
+    scene = reference_scenes()[name]
+    gel = AutoGel(scene.shape, tolerance_m=20e-6)
+    work = 0.0
+    for _ in range(2):
+        lead(gel, scene, DOTS_M)
+        held = gel.report()
+        gel.press(0.0)
+        gel.trial(0.0, 0.0)
+        gel.commit()
+        released = gel.report()
+        assert released.work >= held.work > work
+        assert 0 < released.audit_share <= 1
+        assert released.audits == held.audits
+        assert released.wall_distance_m == held.wall_distance_m
+        assert released.warnings == held.warnings
+        work = released.work
+
+
 def test_states_of_either_grid_can_be_looked_at_and_put_back():
     scene = reference_scenes()["sphere"]
     gel = AutoGel(scene.shape, tolerance_m=2e-6, follows=False, first=FieldGel(scene.shape, fine=1, follows=False))

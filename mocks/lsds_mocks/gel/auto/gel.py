@@ -115,12 +115,16 @@ class AutoGel:
         self._gave_up = False
         self._audits = 0
         self._audit_work = 0.0
+        self._past_work, self._past_unconverged = 0.0, 0
+        self._last_wall_m: float | None = None
+        self._other: Follower | None = None
         self._begin()
         self._choices = [Choice(0.0, self._main.grid.pitch_m, None, "coarsest that may do")]
 
     def _begin(self) -> None:
         """Begin a new path here, without history and without an error estimate."""
-        self._path, self._other = Path(start=self._main.place), None
+        self._path = Path(start=self._main.place)
+        self._replace_other(None)
         self._audit: Audit | None = None
         self._gone_m = self._to_next_m = self._looked_at_m = self._worst = 0.0
         self._wait_m = _AUDIT_DISTANCE_M
@@ -128,7 +132,22 @@ class AutoGel:
         self._motion, self._error = OverTheWay(), OverTheWay()
         self._share: float | None = None
 
-    _other: Follower | None
+    def _replace_other(self, other: Follower | None) -> None:
+        """Set the other grid; the cost of the former one still counts."""
+        former, self._other = self._other, other
+        if former is not None:
+            self._count_unused(former.gel)
+
+    def _count_unused(self, gel: FieldGel) -> None:
+        """Add the cost of a grid to that of the past if nothing uses the grid any more."""
+        if not any(gel is used for used in self._used()):
+            self._past_work += gel.work
+            self._past_unconverged += gel.effort.unconverged
+
+    def _used(self) -> list[FieldGel]:
+        """Return the grids in use, each once."""
+        other = [] if self._other is None else [self._other.gel]
+        return list({id(gel): gel for gel in (self._main, *other, *self._views.values())}.values())
 
     def _new(self, fine: int) -> FieldGel:
         return FieldGel(self.shape, self.material, fine=fine, follows=self._follows, tolerance=self._settled)
@@ -147,6 +166,8 @@ class AutoGel:
 
     def press(self, indentation_m: float, reach_m: tuple[float, float] | None = None) -> float:
         """Set the indentation; return the normal force (N)."""
+        if indentation_m <= 0 < self._indentation:
+            self._last_wall_m = self._main.wall_distance_m
         self._indentation, self._reach = indentation_m, reach_m
         self._deepest_m = max(self._deepest_m, indentation_m)
         return self._main.press(indentation_m, reach_m)
@@ -300,10 +321,11 @@ class AutoGel:
         if at + 1 == len(FINES) or 4 * self._main.cells.size > MOST_CELLS:
             self._gave_up = True
             return
-        self._other = Follower(self._new(FINES[at + 1]))
+        other = Follower(self._new(FINES[at + 1]))
+        self._replace_other(other)
         self._path.close()
         audit = Audit(self._path.count, np.zeros_like(DOTS_M), self._gone_m, "the coarser grid exceeds the tolerance")
-        self._set_out(audit, self._other)
+        self._set_out(audit, other)
         self._go_on(audit)
 
     def _swap(self, why: str, legs: int = sys.maxsize) -> None:
@@ -324,9 +346,12 @@ class AutoGel:
         self._main.solve_in_portions(False)
         other.gel.solve_in_portions(True)
         self._gave_up = False
-        if other.gel.operator.kernel != "pad":
-            self._other = None
+        former = self._views.get(self._main.grid.fine, self._main)
         self._views[self._main.grid.fine] = self._main
+        if other.gel.operator.kernel != "pad":
+            self._replace_other(None)
+        if former is not other.gel:
+            self._count_unused(former)
         self._calm, self._wait_m, self._to_next_m, self._worst, self._share = (
             0,
             _AUDIT_DISTANCE_M,
@@ -337,10 +362,13 @@ class AutoGel:
         self._choices.append(Choice(self._gone_m, self._main.grid.pitch_m, self._estimate, why))
 
     def report(self) -> FidelityReport:
-        """Return the chosen grids, the reasons, the cost and the limits of accuracy."""
-        other = None if self._other is None else self._other.gel
-        gels = {id(gel): gel for gel in (self._main, other, *self._views.values()) if gel is not None}
-        work = sum(gel.work for gel in gels.values())
+        """Return the chosen grids, the reasons, the cost and the limits of accuracy.
+
+        After a release, error and distance from the walls are those of the last contact; the cost is that of all.
+        """
+        used = self._used()
+        work = self._past_work + sum(gel.work for gel in used)
+        wall_m = self._main.wall_distance_m if self._indentation > 0 else self._last_wall_m
         return FidelityReport(
             self.tolerance_m,
             self._main.grid.pitch_m,
@@ -351,8 +379,8 @@ class AutoGel:
             work,
             self._audit_work / work if work else 0.0,
             self._deepest_m / self.material.thickness_m,
-            self._main.wall_distance_m,
-            sum(gel.effort.unconverged for gel in gels.values()),
+            wall_m,
+            self._past_unconverged + sum(gel.effort.unconverged for gel in used),
             self._gave_up,
         )
 
@@ -387,7 +415,7 @@ class AutoGel:
         self._main = self._view(state)
         self._main.restore(state)
         self._indentation, self._reach = state.indentation_m, state.reach_m
-        self._estimate, self._gave_up = None, False
+        self._estimate, self._gave_up, self._last_wall_m = None, False, None
         self._begin()
 
     def _view(self, state: GelState) -> FieldGel:
