@@ -57,7 +57,9 @@ def track_many(
     video = f"sensor.backend={host.own('sensor', 'video')}"
     load_config(config_file, [*overrides, video, "sensor.video.path=x"], host=host)
     work = partial(_summary_of, config_file=config_file, overrides=tuple(overrides))
-    for source, summary in spread(work, sources, jobs or processes()):
+    # A worker takes a second to start: one recording does not need any.
+    jobs = (jobs or processes()) if len(sources) > 1 else 1
+    for source, summary in spread(work, sources, jobs):
         yield _failed(source, f"{source}: {DIED}") if summary is None else summary
 
 
