@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from lsds_research.studies.loop.lifts import Configuration, mark_front, summarized
+from lsds_research.studies.loop.study import default_configuration, default_note
 
 from lsds.cli.main import main
 from lsds.config import load_config
@@ -56,6 +57,34 @@ def test_what_is_on_the_front_is_beaten_by_none_and_everything_else_is(points):
             o for o in rows if o["held"] and all(o[n] <= row[n] for n in names) and any(o[n] < row[n] for n in names)
         ]
         assert row["front"] == (row["held"] == 1 and not better)
+
+
+def compared(*points):
+    """Return rows of configurations from (name, held, time, slip, grip); the first is the default."""
+    rows = [
+        {"configuration": name, "held": held, "frame_us": time, "slip_mm": slip, "steady": grip, "default": not at}
+        for at, (name, held, time, slip, grip) in enumerate(points)
+    ]
+    mark_front(rows)
+    return rows
+
+
+def test_the_note_states_whether_the_default_is_on_the_front_or_what_beats_it():
+    usual = ("usual", 1.0, 900.0, 2.0, 1.4)
+    assert default_note(compared(usual, ("quick", 1.0, 300.0, 3.0, 1.4))) == ["the default, usual, is on the front"]
+    (beaten,) = default_note(compared(usual, ("slow", 1.0, 890.0, 2.0, 1.4), ("better", 1.0, 800.0, 1.9, 1.4)))
+    assert beaten == "the default, usual, is not on the front: better is at least as good in everything"
+    (dropped,) = default_note(compared(("usual", 0.9, 900.0, 2.0, 1.4)))
+    assert dropped.endswith("is not on the front: it dropped some")
+    assert default_note([row | {"default": False} for row in compared(usual)]) == []
+
+
+def test_the_default_is_the_configuration_of_a_run_without_a_config():
+    config = load_config(None)
+    assert default_configuration().backends() == {
+        kind: config.section(kind).backend for kind in ("tracker", "detector", "estimator", "controller")
+    }
+    assert default_configuration().budget_ms == (config.tactile.budget_ms or 0.0)
 
 
 def test_the_chart_is_drawn_and_choose_goes_on_from_its_lifts(run, tmp_path, monkeypatch):

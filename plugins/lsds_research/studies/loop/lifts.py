@@ -94,7 +94,12 @@ def _median(rows: Sequence[Row], name: str) -> float | None:
 def mark_front(rows: Sequence[Row]) -> None:
     """Mark the Pareto front of time, slip and steady grip; a configuration that drops an object is not on it."""
     for row in rows:
-        row["front"] = row["held"] == 1 and not any(_beats(other, row) for other in rows)
+        row["front"] = row["held"] == 1 and beaten_by(row, rows) is None
+
+
+def beaten_by(row: Row, rows: Sequence[Row]) -> Row | None:
+    """Return the quickest configuration that is no worse in anything and better in something, None on the front."""
+    return min((other for other in rows if _beats(other, row)), key=lambda other: other["frame_us"], default=None)
 
 
 def _beats(other: Row, row: Row) -> bool:

@@ -9,7 +9,7 @@ from typing import Any
 from lsds.session.pictures.figure import new_figure
 
 _PANELS = (("slip_mm", "slip (mm, simulated)"), ("steady", "steady grip over what is needed (simulated)"))
-_COLOURS = {"margin": "tab:blue", "pd": "tab:orange"}
+_COLOURS = {"belief": "tab:blue", "pd": "tab:orange"}
 
 
 def plot_loop(path: Path, rows: Sequence[dict[str, Any]]) -> None:
@@ -47,6 +47,11 @@ def plot_loop(path: Path, rows: Sequence[dict[str, Any]]) -> None:
                 va="bottom" if above else "top",
                 rotation_mode="anchor",
             )
+        for row in rows:
+            if row["default"] and row[name] is not None:
+                panel.plot(
+                    row["frame_us"], row[name], "o", ms=12, mfc="none", mec="black", mew=1.2, label="the default"
+                )
         panel.set_xscale("log")
         panel.set_yscale("log")
         for axis in (panel.xaxis, panel.yaxis):

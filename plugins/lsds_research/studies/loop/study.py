@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -10,9 +10,10 @@ from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds.errors import DataError
 from lsds.registry.host import PluginHost
+from lsds.session.parts import loaded
 from lsds_research.run_store import run_and_store
 from lsds_research.studies.grip.lift import lift
-from lsds_research.studies.loop.lifts import configurations, mark_front, planned, summarized
+from lsds_research.studies.loop.lifts import Configuration, beaten_by, configurations, mark_front, planned, summarized
 from lsds_research.studies.loop.options import LoopOptions
 from lsds_research.studies.loop.plot import plot_loop
 from lsds_research.study_backends import backend_names, with_own_defaults
@@ -48,10 +49,35 @@ class LoopStudy:
             _COLUMNS,
             [{**row, "front": "*" if row["front"] else ""} for row in rows],
             partial(plot_loop, rows=rows),
-            ["slip, steady: medians over the lifts that slipped; of all: over all lifts; front: Pareto front"],
+            [
+                "slip, steady: medians over the lifts that slipped; of all: over all lifts; front: Pareto front",
+                *default_note(rows),
+            ],
             {"configurations": rows, "runs": runs, "failures": failures, "figures_are": "simulated"},
             warnings=[f"failed: {name}: {reason}" for name, reason in failures.items()],
         )
+
+
+def default_configuration() -> Configuration:
+    """Return the configuration of a run without a config."""
+    config = loaded(None, [])
+    kinds = ("tracker", "detector", "estimator", "controller")
+    names = {kind: str(getattr(config, kind).backend) for kind in kinds}
+    return Configuration(**names, budget_ms=config.tactile.budget_ms or 0.0)
+
+
+def default_note(rows: Sequence[Row]) -> list[str]:
+    """Return whether the default is on the front, or what beats it; nothing if it was not measured."""
+    found = next((row for row in rows if row["default"]), None)
+    if found is None:
+        return []
+    if found["front"]:
+        return [f"the default, {found['configuration']}, is on the front"]
+    if found["held"] < 1:
+        return [f"the default, {found['configuration']}, is not on the front: it dropped some"]
+    better = beaten_by(found, rows)
+    name = "" if better is None else better["configuration"]
+    return [f"the default, {found['configuration']}, is not on the front: {name} is at least as good in everything"]
 
 
 def own_options(host: PluginHost, options: LoopOptions) -> LoopOptions:
@@ -77,11 +103,12 @@ def measured(
     known, failures = run_and_store(lift, [what for _, what in lifts], options.out, options.jobs, "", tick)
     if any("frame_mean_us" not in row for row in known.values()):
         raise DataError(f"{options.out}: holds lifts of an earlier version, without mean times (choose another file)")
-    rows = []
+    rows: list[Row] = []
+    default = default_configuration()
     for each in configurations(options):
         own = [known[what.key] for of, what in lifts if of == each and what.key in known]
         if own:
-            rows.append(summarized(each, own))
+            rows.append(summarized(each, own) | {"default": each == default})
     if not rows:
         raise DataError(f"no lift could be run; the first: {next(iter(failures.values()))}")
     mark_front(rows)
