@@ -64,7 +64,7 @@ STUDIES_IN_SHORT = {
 
 def in_short(command):
     """Return the command, with flags that shorten a long study."""
-    if re.match(r"lsds study (grip|faults|risk|slip|incipient-slip|models|choose|search)\b", command):
+    if re.match(r"lsds study (grip|faults|risk|slip|incipient-slip|models|choose|search|stability)(\s|$)", command):
         # Campaigns of minutes, which have separate tests.
         return f"{command} --help"
     found = re.fullmatch(r"lsds study (\w+)", command)
