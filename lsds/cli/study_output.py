@@ -44,9 +44,7 @@ def show_study(
         click.echo(warning, err=True)
     rows = [dict(row) for row in result.rows]
     if json_file is not None:
-        more = {"tables": [[dict(row) for row in part.rows] for part in result.more]} if result.more else {}
-        written = {"title": result.title, "rows": rows, "notes": list(result.notes), **more, **result.details}
-        write_json(written, json_file)
+        write_json(as_json(result), json_file)
     if json_file != "-":
         parts = [*result.more, StudyTable(result.columns, result.rows)]
         click.echo("\n\n".join([result.title, *map(_text, parts)]))
@@ -60,6 +58,13 @@ def show_study(
             if asked:
                 raise
             click.echo(f"no picture: {error}", err=True)
+
+
+def as_json(result: StudyResult) -> dict[str, Any]:
+    """Return what `--json` writes of a result."""
+    rows = [dict(row) for row in result.rows]
+    more = {"tables": [[dict(row) for row in part.rows] for part in result.more]} if result.more else {}
+    return {"title": result.title, "rows": rows, "notes": list(result.notes), **more, **result.details}
 
 
 def _draw(result: StudyResult, plot: Path, *, err: bool, asked: bool) -> None:

@@ -8,7 +8,7 @@ changes no choice of backend.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +33,7 @@ def with_calibration(data: dict[str, Any], folder: Path, source: str, host: Plug
     names = data.get(KEY, [])
     if not isinstance(names, list | tuple) or not all(isinstance(n, str) for n in names):
         return  # The model says so.
-    paths = [folder / Path(name).expanduser() for name in names]
+    paths = calibration_paths(names, folder)
     if missing := [_missing(path) for path in paths if not path.exists()]:
         raise ConfigError(source, missing)
     for path in reversed(paths):
@@ -47,6 +47,11 @@ def with_calibration(data: dict[str, Any], folder: Path, source: str, host: Plug
             section = data.setdefault(kind, {})
             if isinstance(section, dict):
                 _fill(section, backends)
+
+
+def calibration_paths(names: Iterable[str], folder: Path) -> list[Path]:
+    """Return the files of names that count from a config's folder."""
+    return [folder / Path(name).expanduser() for name in names]
 
 
 def _missing(path: Path) -> ConfigIssue:

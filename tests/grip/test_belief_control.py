@@ -76,7 +76,7 @@ def sliding(squeeze_mm, frame, touch_m=TOUCH_M, normal_n=1.0):
         dt_s=0.04,
         detection=Detection(True, 0.95, 0.5, 0.9, 0.95),
         estimate=ABSTAINED,
-        commanded_m=TOUCH_M - 2e-3 if touch_m != TOUCH_M else touch_m - 1e-3 * squeeze_mm,
+        commanded_m=touch_m - 1e-3 * squeeze_mm,
         touch_m=touch_m,
         squeeze_m=1e-3 * squeeze_mm,
         load_n=0.5,
@@ -159,22 +159,9 @@ def slipped(**options):
 def test_a_closing_waits_for_the_last_one_if_the_load_of_a_slide_decides(slips, waits):
     """At 0.12 m/s the accepted probability of a slide is 0.083: above it, a load that nothing has measured counts."""
     controller = BeliefController(BeliefOptions(), BuildContext(VirtualClock(), 0))
-    seen = GripEstimate(
-        t_ns=FRAME_NS,
-        dt_s=0.04,
-        touch_m=TOUCH_M,
-        squeeze_m=2e-3,
-        load_n=1.5,
-        load_n_s=0.0,
-        greatest_n=1.5,
-        stale=False,
-        slips=slips,
-        slip_m_s=0.12,
-        required_m=lambda *_: 0.02,
-        complete=True,
-    )
+    seen = replace(sliding(2.0, 1), load_n=1.5, greatest_n=1.5, slips=slips, slip_m_s=0.12)
     wanted = GripTask(resolution_m=TICK_M, answer_s=0.11)
-    first = controller.update(replace(seen, commanded_m=TOUCH_M - 2e-3), wanted)
+    first = controller.update(seen, wanted)
     assert first is not None
     assert first < TOUCH_M - 2e-3
     again = controller.update(replace(seen, commanded_m=first, t_ns=2 * FRAME_NS), wanted)

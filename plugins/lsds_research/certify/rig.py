@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from lsds.clock import WallClock
-from lsds.config.calibrated import KEY
+from lsds.config.calibrated import KEY, calibration_paths
 from lsds.config.overrides import override_texts
 from lsds.config.reading import read_toml
 from lsds.contracts import BuildContext
@@ -36,8 +36,8 @@ def simulated_rig(path: Path | None, host: PluginHost) -> tuple[list[str], list[
     tables = read_toml(path)
     tables.pop("$schema", None)
     if KEY in tables:
-        # Names in a file count from its folder, those of overrides from the current one.
-        tables[KEY] = [str((path.parent / Path(name).expanduser()).resolve()) for name in tables[KEY]]
+        # Those of overrides count from the current folder.
+        tables[KEY] = [str(file.resolve()) for file in calibration_paths(tables[KEY], path.parent)]
     notes: list[str] = []
     real = _gripper(tables, host, notes) | _sensor(tables, host, notes) | _arm(tables, host, notes)
     if real:

@@ -8,7 +8,9 @@ from lsds.cli.threads import processes
 from lsds_research.campaign_options import Cluster, Jobs, Out
 
 
-class _Points(BaseModel):
+class PointOptions(BaseModel):
+    """How points are measured: the grid, and where the runs go."""
+
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     quick: bool = Field(default=False, description="a coarse grid with one seed")
@@ -17,7 +19,7 @@ class _Points(BaseModel):
     cluster: Cluster = ""
 
 
-class StabilityOptions(_Points):
+class StabilityOptions(PointOptions):
     """Map where methods fail: one figure at every point of a grid, for the shipped methods and for naive ones.
 
     Figures are simulated; docs/stability.md lists the maps.
@@ -32,7 +34,7 @@ class StabilityOptions(_Points):
     )
 
 
-class AllMapsOptions(_Points):
+class AllMapsOptions(PointOptions):
     """Map where methods fail: all stability maps in one run, with the safe share of each method.
 
     `lsds study stability-NAME` runs one map. Figures are simulated; docs/stability.md lists the

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lsds.cli.output import csv_text, write_json, write_text
+from lsds.cli.study_output import as_json, drawn
 from lsds.contracts.study import StudyResult, Value
 from lsds.errors import DataError
 from lsds.session.pictures.figure import new_figure
 from lsds_research.manifest import STABILITY_MAPS
-from lsds_research.run_store import run_and_store
 from lsds_research.stability.plot import NAIVE, SAFE
-from lsds_research.stability.study import AREAS, map_named, map_result, measured
+from lsds_research.stability.study import AREAS, map_named, map_result, measure_all
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
@@ -35,16 +35,7 @@ class AllMapsStudy:
         maps = [map_named(name) for name in STABILITY_MAPS if not options.maps or name in options.maps]
         points = {of.name: of.points("quick" if options.quick else "full", self._seed) for of in maps}
         # The points of all maps are shared out together, so that no process waits for the end of a map.
-        found, failures = run_and_store(
-            measured,
-            [each for own in points.values() for each in own],
-            options.out,
-            options.jobs,
-            options.cluster,
-            tick,
-        )
-        if not found:
-            raise DataError(f"nothing could be measured; the first: {next(iter(failures.values()))}")
+        found, failures = measure_all([each for own in points.values() for each in own], options, tick)
         rows: list[dict[str, Value]] = []
         for of in maps:
             own_failures = {each.key: failures[each.key] for each in points[of.name] if each.key in failures}
@@ -66,13 +57,11 @@ class AllMapsStudy:
 def _write(folder: Path, name: str, result: StudyResult) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        if result.draw is not None:
-            result.draw(folder / f"{name}.png")
     except OSError as error:
         raise DataError(f"{folder}: cannot be written: {error}") from error
+    drawn(result, folder / f"{name}.png")
     write_text(csv_text([dict(row) for row in result.rows]), str(folder / f"{name}.csv"))
-    shown = {"title": result.title, "rows": [dict(row) for row in result.rows], "notes": list(result.notes)}
-    write_json({**shown, **result.details}, str(folder / f"{name}.json"))
+    write_json(as_json(result), str(folder / f"{name}.json"))
 
 
 def plot_overview(path: Path, rows: Sequence[dict[str, Value]]) -> None:

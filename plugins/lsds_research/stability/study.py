@@ -17,7 +17,7 @@ from lsds_research.stability.plot import plot_map
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
-    from lsds_research.stability.options import StabilityOptions
+    from lsds_research.stability.options import PointOptions, StabilityOptions
 
     Row = dict[str, Any]
 
@@ -36,10 +36,17 @@ class StabilityStudy:
         if wrong := [name for name in options.methods if name not in (*of.methods, *of.naive)]:
             raise DataError(f"no method {', '.join(wrong)}; there are {', '.join((*of.methods, *of.naive))}")
         points = of.points("quick" if options.quick else "full", self._seed, options.methods)
-        found, failures = run_and_store(measured, points, options.out, options.jobs, options.cluster, tick)
-        if not found:
-            raise DataError(f"nothing could be measured; the first: {next(iter(failures.values()))}")
-        return map_result(of, points, found, failures, self._seed)
+        return map_result(of, points, *measure_all(points, options, tick), self._seed)
+
+
+def measure_all(
+    points: Sequence[Point], options: PointOptions, tick: Callable[[int, int], None]
+) -> tuple[dict[str, Row], dict[str, str]]:
+    """Return the figures of points by key, and the reasons of failures. Raises DataError if all failed."""
+    found, failures = run_and_store(measured, points, options.out, options.jobs, options.cluster, tick)
+    if not found:
+        raise DataError(f"nothing could be measured; the first: {next(iter(failures.values()))}")
+    return found, failures
 
 
 def map_result(

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from functools import partial
 
+from lsds_mocks.devices.gelsight_options import GelSightOptions
+from lsds_plugins.controllers.belief import BeliefOptions
+from lsds_plugins.controllers.pd import PdOptions
+
 from lsds.support.extras import importable
 from lsds_research.stability.delay_margin import delay_margin_s
 from lsds_research.stability.grid import Axis, Curve
 from lsds_research.stability.maps.lifts import lifted, slip_map, slip_mm
 from lsds_research.stability.study import StabilityStudy
 
-PD_GAIN = 3.1
+PD_GAIN = PdOptions().kp
 """Proportional gain of the PD controller at the default margin of the belief, ticks per cm/s: that of the paper."""
-DEFAULT_MARGIN = 1.08
+DEFAULT_MARGIN = BeliefOptions().margin
 """Default margin of the belief."""
-CAMERA_MS = 25.0
+CAMERA_MS = GelSightOptions().latency_ms
 """Delay of the simulated camera, ms: the part of the loop's delay that is not the gripper's."""
 MARGINS = (1.03, DEFAULT_MARGIN, 1.2, 1.35, 1.5)
 """Margins of the full map; chosen around the default."""
@@ -55,7 +59,8 @@ def remarks() -> tuple[str, ...]:
 
 MAP = slip_map(
     "loop-delay",
-    "Lift of the pipe: slip by delay of the gripper and margin (belief), or gain in units of default / 1.08 (pd)",
+    "Lift of the pipe: slip by delay of the gripper and margin (belief), or gain in units of default / "
+    f"{DEFAULT_MARGIN:g} (pd)",
     Axis("delay of the gripper", "ms", (20, 40, 80, 120, 160, 200, 300, 400), (40, 120, 300), (40, 200)),
     Axis("margin", "", MARGINS, (DEFAULT_MARGIN, 1.35), (DEFAULT_MARGIN,)),
     measure,

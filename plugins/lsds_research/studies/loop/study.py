@@ -71,13 +71,12 @@ def default_note(rows: Sequence[Row]) -> list[str]:
     found = next((row for row in rows if row["default"]), None)
     if found is None:
         return []
-    if found["front"]:
-        return [f"the default, {found['configuration']}, is on the front"]
+    name = f"the default, {found['configuration']}, is"
     if found["held"] < 1:
-        return [f"the default, {found['configuration']}, is not on the front: it dropped some"]
-    better = beaten_by(found, rows)
-    name = "" if better is None else better["configuration"]
-    return [f"the default, {found['configuration']}, is not on the front: {name} is at least as good in everything"]
+        return [f"{name} not on the front: it dropped some"]
+    if (better := beaten_by(found, rows)) is None:
+        return [f"{name} on the front"]
+    return [f"{name} not on the front: {better['configuration']} is at least as good in everything"]
 
 
 def own_options(host: PluginHost, options: LoopOptions) -> LoopOptions:
