@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 
+from lsds.support.blas import VARIABLES
+
 MOST_PROCESSES = 256
 """Maximum number of processes; chosen."""
 
@@ -19,5 +21,5 @@ def one_thread() -> None:
     The matrix products of one frame take microseconds. Waking a second thread costs more than that, and on a busy
     machine the frame waits until that thread is scheduled.
     """
-    for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
+    for variable in VARIABLES:
         os.environ.setdefault(variable, "1")

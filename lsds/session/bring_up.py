@@ -11,6 +11,7 @@ from lsds.contracts import Job
 from lsds.runtime.engine import Engine
 from lsds.runtime.rig import Rig, require_moments
 from lsds.session.parts import loaded
+from lsds.support.blas import one_blas_thread
 
 
 @contextmanager
@@ -29,6 +30,6 @@ def bring_up(
     chosen = loaded(config, overrides)
     rig = Rig(chosen)
     require_moments(rig, job)
-    with rig:
+    with one_blas_thread(), rig:
         rig.arm_devices()
         yield Engine(rig, job)

@@ -23,6 +23,7 @@ from lsds.session.parts import is_given, with_parts
 from lsds.session.recording.codec import to_text
 from lsds.session.recording.messages import CORRECTION, Message, messages_of
 from lsds.session.recording.reader import Recording
+from lsds.support.blas import one_blas_thread
 
 if TYPE_CHECKING:
     from lsds.config import RigConfig
@@ -96,6 +97,7 @@ class ReplayResult:
         }
 
 
+@one_blas_thread()
 def replay(
     source: str | Path,
     overrides: str | Sequence[str] = (),

@@ -25,6 +25,7 @@ from lsds.session.summary import summarise
 from lsds.session.truth_log import TruthLog
 from lsds.session.verdict import Verdict
 from lsds.session.view import view_of
+from lsds.support.blas import one_blas_thread
 from lsds.support.extras import require
 
 if TYPE_CHECKING:
@@ -89,6 +90,7 @@ class Session:
             raise DataError(f"{path}: the picture cannot be written: {error}") from error
 
 
+@one_blas_thread()
 def run(
     config: RigConfig | Mapping[str, Any] | str | Path | None = None,
     overrides: str | Sequence[str] | Mapping[str, Any] = (),

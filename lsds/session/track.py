@@ -22,6 +22,7 @@ from lsds.runtime.engine import Engine
 from lsds.runtime.rig import Rig
 from lsds.session.parts import loaded
 from lsds.session.recording import ENDING, recorder_of
+from lsds.support.blas import one_blas_thread
 from lsds.tactile.feature_sets import FEATURES, feature_indices
 from lsds.tactile.working_image import lamps_are_turned
 
@@ -126,6 +127,7 @@ class TrackResult:
         return max(norms) / self.metres_per_px if norms else None
 
 
+@one_blas_thread()
 def track(
     source: str | Path,
     config: RigConfig | str | Path | None = None,
