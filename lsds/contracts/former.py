@@ -88,14 +88,17 @@ class FormerController:
 
 
 def as_controller(controller: Any, label: str) -> Controller:
-    """Return a controller of the present contract; one of contract 1 is wrapped, with a DeprecationWarning."""
+    """Return a controller of the present contract; one of contract 1 is wrapped, with a FutureWarning.
+
+    That warning is shown to the users of a cell, too.
+    """
     if not _takes_one(controller):
         present: Controller = controller
         return present
     warnings.warn(
         f"{label}: update(state) is contract 1 and will not run with lsds 0.3; write update(grip, wanted), see "
         "docs/compatibility.md",
-        DeprecationWarning,
+        FutureWarning,
         stacklevel=2,
     )
     return FormerController(controller)

@@ -109,7 +109,7 @@ class GripBelief:
         self.reset()
 
     def reset(self) -> None:
-        """Know nothing of the object."""
+        """Return to what is known of an unknown object."""
         self.power = self.options.power
         self._ln_expected = math.log(self.options.limit)
         self._by_normal: Floats | None = None

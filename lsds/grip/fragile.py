@@ -36,11 +36,12 @@ class Bearing:
         # Of each frame with a normal force: that force over squeeze to the power of `STEEPNESS`.
         self._stiffness: deque[float] = deque(maxlen=MEDIAN_OF_FRAMES)
 
-    def allowed_m(self, fragile_n: float, squeeze_m: float, normal_n: float) -> float:
-        """Take a frame; return the greatest squeeze (m)."""
-        if not math.isfinite(fragile_n):
-            return math.inf
-        if math.isfinite(normal_n):
+    def take(self, squeeze_m: float, normal_n: float) -> None:
+        """Take a frame: the squeeze (m), and the normal force by the imprint (N), NaN if none is known."""
+        if math.isfinite(normal_n) and squeeze_m > 0:
             self._stiffness.append(normal_n / squeeze_m**STEEPNESS)
+
+    def allowed_m(self, fragile_n: float, squeeze_m: float) -> float:
+        """Return the greatest squeeze (m)."""
         by_imprint_n = median(self._stiffness) * squeeze_m**STEEPNESS if self._stiffness else math.nan
         return allowed_squeeze_m(fragile_n, squeeze_m, by_imprint_n)

@@ -117,10 +117,10 @@ class GripObserver:
         if math.isfinite(noticed_m) and noticed_m != self._noticed_m:
             self._move_touch(noticed_m, seen.aperture_m)
         closed_m = self._noticed_m - seen.aperture_m
-        if not abs(closed_m - self._squeeze_m) < CHANGED_SQUEEZE_M:
+        if math.isfinite(closed_m) and not abs(closed_m - self._squeeze_m) < CHANGED_SQUEEZE_M:
             self._left_m = self._squeeze_m if math.isfinite(self._squeeze_m) else closed_m
             self._changed_ns, self._squeeze_m = seen.t_ns, closed_m
-            self._squeezes += math.isfinite(closed_m)
+            self._squeezes += 1
         offset_m = self._offset.take(closed_m, self._normal_now(seen), touch_std_m)
         if abs(offset_m - self._offset_m) > CHANGED_SQUEEZE_M:
             # The limit was learnt at the squeeze before.
@@ -165,8 +165,9 @@ class GripObserver:
         self, seen: GripEstimate, squeeze_m: float, estimate: SlipEstimate, supported: bool, speed_m_s: float
     ) -> dict[str, Any]:
         """Feed the belief with a round; return what it says of the grip."""
-        round_s = 0.0 if self._round_ns is None else (seen.t_ns - self._round_ns) * 1e-9
-        self._round_ns = seen.t_ns
+        # Of fingers that are seen one after the other, a frame may be older than the last one of the round before.
+        round_s = 0.0 if self._round_ns is None else max((seen.t_ns - self._round_ns) * 1e-9, 0.0)
+        self._round_ns = seen.t_ns if self._round_ns is None else max(seen.t_ns, self._round_ns)
         load, load_n, rate = self.load, self.load.now_n, 0.0
         arm_m_s = max(speed for _, speed in self._speeds)
         rests_s = (seen.t_ns - self._changed_ns) * 1e-9

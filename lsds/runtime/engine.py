@@ -333,7 +333,10 @@ class Engine:
         self.held_back_frames += bool(getattr(self._rig.controller, "held_back", False))
         if aperture is None:
             return None
-        sent = self._act.correct(aperture, may_open=self._may_open and self._states.is_recent(self._clock.now()))
+        # Whatever the controller asks for, nothing is opened on an abstention or on a load that is not measured now.
+        sees = grip.detection.slip is not None and not grip.stale
+        may_open = self._may_open and sees and self._states.is_recent(self._clock.now())
+        sent = self._act.correct(aperture, may_open=may_open)
         self.events.publish(Corrected(now_ns, aperture, sent))
         return sent
 

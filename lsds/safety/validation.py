@@ -6,6 +6,7 @@ Validation takes about a microsecond per frame.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from numbers import Real
 
 import numpy as np
@@ -43,7 +44,8 @@ def validated_detection(who: str, detection: object, seq: int) -> Detection:
         raise PluginError(f"{who}, frame {seq}: slip is {detection.slip!r}, not True, False or None")
     if math.isnan(detection.score):
         raise PluginError(f"{who}, frame {seq}: the score of a decision is NaN (abstain: slip=None)")
-    return detection
+    # NumPy's truth is not `False`, for which fusion and controllers look.
+    return detection if isinstance(detection.slip, bool) else replace(detection, slip=bool(detection.slip))
 
 
 def validated_estimate(who: str, estimate: object, seq: int) -> SlipEstimate:

@@ -59,7 +59,7 @@ class CarriedLoad:
         normals: dict[str, float] = {}
         for finger in fingers:
             load = finger.observation.load
-            if load is None:
+            if load is None or not math.isfinite(sum(load.shear_n) + load.torque_nm):
                 continue
             measured.add(finger.finger)
             normals[finger.finger] = load.normal_n

@@ -270,3 +270,49 @@ def test_the_limit_of_a_round_contact_grows_with_a_greater_power(half_length_m, 
     assert observer.belief.power == pytest.approx(GripOptions().power + adds)
     observer.reset()
     assert observer.belief.power == GripOptions().power
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize("late_ms", [4, 38, 150])
+def test_a_round_that_ends_before_the_last_one_leaves_probabilities(compiled, late_ms):
+    """Two cameras: the frame that completes a round may be older than that of the round before."""
+    observer = GripObserver(GripOptions(), 0.11, compiled=compiled)
+    load, alarm = ContactLoad((0.0, 0.4), 0.0, 0.01, 0.001), Detection(True, 0.9, 0.5, 0.9, 0.9)
+
+    def see(t_ms, a_ms, b_ms):
+        fingers = tuple(seen_by(name, t * 1_000_000, load) for name, t in (("a", a_ms), ("b", b_ms)))
+        at = {"aperture_m": 0.023, "touch_m": 0.025, "fingers": fingers}
+        return observer.update(GripEstimate(t_ns=t_ms * 1_000_000, dt_s=0.04, detection=alarm, **at))
+
+    for k in range(10):
+        see(40 * k, 40 * k, 40 * k)
+    see(400, 400, 399 - late_ms)
+    see(440, 440, 399 - late_ms)
+    grip = see(400 - late_ms, 440, 400 - late_ms)
+    assert grip.complete
+    assert min(observer.belief.stick.min(), observer.belief.slide.min()) >= 0
+    assert 0 <= grip.slips <= 1
+
+
+def test_a_load_that_is_no_number_is_none():
+    grips = loads([0.0, *[0.4] * 9, math.nan, *[0.4] * 5])
+    assert grips[10].stale
+    assert all(math.isfinite(grip.slips) for grip in grips)
+    assert math.isfinite(grips[-1].required_m(0.1, 1.08, 0.4, 1.0))
+    assert not grips[-1].stale
+
+
+def test_without_an_aperture_the_squeeze_does_not_change_in_every_frame():
+    """A change of the squeeze moves the gel, so that alarms count less, and silence too."""
+
+    def sliding(aperture_m):
+        observer = GripObserver(GripOptions(), 0.11)
+        slips = []
+        for k in range(30):
+            load = ContactLoad((0.0, 0.4 if k else 0.0), 0.0, 0.01, 0.001)
+            finger = seen_by("finger", k * FRAME_NS, load)
+            at = {"aperture_m": aperture_m, "touch_m": 0.032, "fingers": (finger,)}
+            slips.append(observer.update(GripEstimate(t_ns=k * FRAME_NS, dt_s=0.04, detection=STILL, **at)).slips)
+        return slips[-1]
+
+    assert sliding(math.nan) == pytest.approx(sliding(0.030), abs=0.05)

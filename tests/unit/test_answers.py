@@ -20,7 +20,8 @@ def test_sound_answers_pass():
     lost = replace(TRACKS, xy_px=np.array([[0.0, 1.0], [2.0, 3.0], [math.nan, math.nan]]))
     assert validated_tracks("tracker 'x'", lost, 3, 7) is lost
     for slip in (True, None, np.bool_(False)):
-        assert validated_detection("detector 'x'", Detection(slip, 0.4, 0.5, 1.0), 7).slip == slip
+        validated = validated_detection("detector 'x'", Detection(slip, 0.4, 0.5, 1.0), 7)
+        assert validated.slip is (None if slip is None else bool(slip)), "fusion and controllers look for False itself"
     assert validated_detection("x", Detection(None, math.nan, math.nan, 0.0), 7).slip is None
     assert validated_estimate("estimator 'x'", ESTIMATE, 7) is ESTIMATE
     assert validated_estimate("estimator 'x'", ABSTAINED, 7) is ABSTAINED

@@ -42,7 +42,7 @@ class Present:
 
 
 def test_a_former_controller_is_wrapped_with_a_warning_that_names_it_and_the_remedy():
-    with pytest.warns(DeprecationWarning, match=r"controller 'acme'.* write update\(grip, wanted\)"):
+    with pytest.warns(FutureWarning, match=r"controller 'acme'.* write update\(grip, wanted\)"):
         controller = as_controller(Former(), "controller 'acme'")
     assert isinstance(controller, FormerController)
     assert controller.may_open

@@ -8,6 +8,7 @@ or while the load is gone.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -72,6 +73,16 @@ class BeliefOptions(BaseModel):
     release_m_s: float = Field(default=0.004, ge=0, le=0.05, description="greatest opening speed; 0: never open")
 
 
+class _Quiet(NamedTuple):
+    """A time of certainty (s), and the aperture to which it has opened, m, None if it has not opened yet."""
+
+    s: float = 0.0
+    opened_to_m: float | None = None
+
+
+_NOT_QUIET = _Quiet()
+
+
 class BeliefController:
     """A `Controller` that decides by one belief."""
 
@@ -90,10 +101,10 @@ class BeliefController:
     def reset(self) -> None:
         """Forget the object."""
         self.held_back = False
-        self._quiet_s = self._slid_n = 0.0
+        self._quiet = _NOT_QUIET
+        self._slid_n = 0.0
         self._found = False
         self._closed_n, self._began_at_m = 0.0, math.inf
-        self._opened_to: float | None = None
         self._taken_ns: int | None = None
         self._closed_ns = 0
         self._touch_m, self._unmeasured_m = math.nan, math.inf
@@ -108,8 +119,12 @@ class BeliefController:
         if grip.touch_m != self._touch_m:
             # The squeeze counts from another touch, and so does what the object withstands.
             self._touch_m, self._bearing = grip.touch_m, Bearing()
-        dt_s = 0.0 if self._taken_ns is None else (grip.t_ns - self._taken_ns) * 1e-9
+        self._bearing.take(grip.squeeze_m, grip.normal_n)
+        dt_s = 0.0 if self._taken_ns is None else min(max((grip.t_ns - self._taken_ns) * 1e-9, 0.0), wanted.answer_s)
         self._taken_ns = grip.t_ns
+        # A time of certainty ends with a round in which nothing is opened, for whatever reason.
+        quiet = _Quiet(self._quiet.s + dt_s, self._quiet.opened_to_m)
+        self._quiet = _NOT_QUIET
         held_m, tick_m = grip.touch_m - grip.commanded_m, max(wanted.resolution_m, LEAST_TICK_M)
         if wanted.slide is not None:
             falls = self._wanted_slip.falls(grip.t_ns, grip.estimate, wanted.slide)
@@ -123,8 +138,7 @@ class BeliefController:
             least_m = max(options.margin * grip.squeeze_m, held_m + tick_m)
             return self._closed(grip, wanted, least_m, held_m, tick_m)
         # Where no load is measured no closing can refute an alarm: all of them together grow the grip at most once.
-        unmeasured = grip.stale or math.isnan(grip.load_n)
-        self._unmeasured_m = min(self._unmeasured_m, grip.squeeze_m) if unmeasured else math.inf
+        self._unmeasured_m = math.inf if carries and not grip.stale else min(self._unmeasured_m, grip.squeeze_m)
         if not carries:
             most_m = options.growth * self._unmeasured_m
             return self._closed(grip, wanted, most_m, held_m, tick_m) if grip.slips > SURELY else None
@@ -144,7 +158,7 @@ class BeliefController:
             return grip.commanded_m
         if wanted_m > held_m + tick_m / 2:
             return self._closed(grip, wanted, wanted_m, held_m, tick_m)
-        return self._opened(grip, wanted, held_m, tick_m, dt_s)
+        return self._opened(grip, wanted, held_m, tick_m, dt_s, quiet)
 
     def _risk(self, grip: GripEstimate) -> float:
         """Return the accepted probability of a slide: less of a faster one."""
@@ -157,7 +171,8 @@ class BeliefController:
 
     def _is_blind(self, grip: GripEstimate) -> bool:
         """Return whether something is missing without which it does not open."""
-        return grip.stale or math.isnan(grip.dt_s) or not self.may_open
+        unseen = any(finger.observation.load is None or finger.detection.slip is None for finger in grip.fingers)
+        return unseen or grip.stale or math.isnan(grip.dt_s) or not self.may_open
 
     def _closed(
         self, grip: GripEstimate, wanted: GripTask, wanted_m: float, held_m: float, tick_m: float
@@ -173,13 +188,12 @@ class BeliefController:
         grows = min(grip.slip_m_s * wanted.answer_s / self._slip_m(grip), math.log(self._options.growth))
         target_m = min(wanted_m, max(base_m * math.exp(grows), base_m + tick_m))
         # The gripper rounds to its ticks, by up to half of one.
-        allowed_m = self._bearing.allowed_m(wanted.fragile_n, grip.squeeze_m, grip.normal_n) - tick_m / 2
+        allowed_m = self._bearing.allowed_m(wanted.fragile_n, grip.squeeze_m) - tick_m / 2
         self.held_back = target_m > allowed_m
         target_m = min(target_m, allowed_m)
         if not target_m > held_m:
             return None
         self._closed_ns = grip.t_ns
-        self._quiet_s, self._opened_to = 0.0, None
         if not self._closed_n:
             self._began_at_m = grip.commanded_m
         if wanted_m <= grip.rising_m:
@@ -188,7 +202,9 @@ class BeliefController:
         self._closed_n = max(self._closed_n, grip.load_n) if grip.load_n > LEAST_EVIDENCE_N else self._closed_n
         return max(0.0, grip.touch_m - target_m)
 
-    def _opened(self, grip: GripEstimate, wanted: GripTask, held_m: float, tick_m: float, dt_s: float) -> float | None:
+    def _opened(
+        self, grip: GripEstimate, wanted: GripTask, held_m: float, tick_m: float, dt_s: float, quiet: _Quiet
+    ) -> float | None:
         """Open slowly to a grip that is certain to hold; while the job probes, until the object begins to slide."""
         options = self._options
         probes = wanted.probes and not self._found
@@ -201,13 +217,13 @@ class BeliefController:
             least_m = least_m if self._slid_n else max(least_m, grip.touch_m - self._began_at_m)
             sure = grip.load_n > RELEASED * (self._slid_n or self._closed_n or math.inf) and not wanted.probes
         if not (sure and least_m < held_m and grip.detection.slip is False) or self._is_blind(grip):
-            self._quiet_s, self._opened_to = 0.0, None
             return None
-        self._quiet_s += dt_s
-        if self._quiet_s < options.quiet_s:
+        self._quiet = quiet
+        if quiet.s < options.quiet_s:
             return None
         # The gripper rounds to its ticks, so openings are added up until they reach the next one.
-        base_m = grip.commanded_m if self._opened_to is None else self._opened_to
+        base_m = grip.commanded_m if quiet.opened_to_m is None else quiet.opened_to_m
         farthest_m = grip.commanded_m + max(tick_m, LEAST_STEP_M)
-        self._opened_to = min(base_m + options.release_m_s * dt_s, grip.touch_m - least_m, farthest_m)
-        return self._opened_to if self._opened_to - grip.commanded_m > tick_m / 2 else None
+        opened_to_m = min(base_m + options.release_m_s * dt_s, grip.touch_m - least_m, farthest_m)
+        self._quiet = quiet._replace(opened_to_m=opened_to_m)
+        return opened_to_m if opened_to_m - grip.commanded_m > tick_m / 2 else None
