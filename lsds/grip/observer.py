@@ -144,12 +144,13 @@ class GripObserver:
     def _normal_now(self, seen: GripEstimate) -> float:
         """Return the normal force (N) of the finger that first showed one, if this frame is its; NaN otherwise.
 
-        Another finger's, or that of an earlier frame, does not belong to the aperture of this frame.
+        Another finger's, or that of an earlier frame, does not belong to the aperture of this frame. Of a skipped
+        frame it is that of an earlier one.
         """
         if self._pressed is None:
             self._pressed = next(iter(self.load.normals_n), None)
         for finger in seen.fingers:
-            if finger.finger == self._pressed and finger.observation.t_ns == seen.t_ns:
+            if finger.finger == self._pressed and finger.observation.t_ns == seen.t_ns and not finger.skipped:
                 return self.load.normals_n.get(finger.finger, math.nan)
         return math.nan
 
@@ -172,11 +173,13 @@ class GripObserver:
         arm_m_s = max(speed for _, speed in self._speeds)
         rests_s = (seen.t_ns - self._changed_ns) * 1e-9
         # A job begins to act when the fingers rest, so the first squeeze has settled.
-        if len(self._normals) < MEDIAN_FRAMES and not all(finger.skipped for finger in seen.fingers):
+        looks = not all(finger.skipped for finger in seen.fingers)
+        if len(self._normals) < MEDIAN_FRAMES and looks:
             settled = math.isfinite(squeeze_m) and (self._squeezes == 1 or rests_s > SETTLES_S)
             self._see_normal(seen.fingers, squeeze_m, settled=settled)
-        self._doubts = self._doubts + 1 if load.doubted else 0
-        if self._doubts == MEDIAN_FRAMES:
+        if looks:
+            self._doubts = self._doubts + 1 if load.doubted else 0
+        if looks and self._doubts == MEDIAN_FRAMES:
             self.belief.doubt_normal()
         limit_n, limit_std_n, rising_m = math.nan, math.nan, 0.0
         stands = supported and not speed_m_s > 0

@@ -1,9 +1,9 @@
 """Leaves all but the markers out of frames in which nothing moves, within a mean time per frame.
 
-Frames in which something may move are always seen in full: contact patch, imprint, detector, estimator. Frames at rest
-are as far as a token bucket allows: every frame adds what the budget leaves over after the markers, load and grip
-belief, and a frame that is seen in full takes its price. In the others the last answers stand. Half of the credit is
-kept, so that frames that move seldom exhaust it.
+Frames in which something may move are always evaluated in full: contact patch, imprint, detector, estimator. Frames
+at rest are as far as a token bucket allows: every frame adds what the budget leaves over after the markers, load and
+grip belief, and a frame that is evaluated in full takes its price. The others reuse the previous results. Half of the
+credit is kept, so that moving frames rarely exhaust it.
 
 Prices are nominal, not measured: a run answers the same on every machine, and again when it is replayed.
 """

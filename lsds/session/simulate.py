@@ -55,10 +55,13 @@ def simulate(
 ) -> Iterator[SimulatedRun]:
     """Run scenarios in simulated time and yield each result when it is done, whatever its place among them.
 
-    `jobs` is the number of processes; a crash ends only the scenario that caused it, and results do not depend on the
-    number. `figures` computes something from a run's session in the process that ran it: a function of a module, with
-    a result that pickle can write. `truths` keeps the states of the cell, some 100 kB a second. A scenario that cannot
-    run, because its config is wrong or names a real device, has an `error`, as has one whose `figures` raise. Raises
+    All scenarios are read before the first runs. `jobs` is the number of processes; a crash ends only the scenario that
+    caused it, and results do not depend on the number. Parts that the program registers must then be registered at the
+    top of its main module: a process imports that, but runs nothing below `if __name__ == "__main__":`.
+
+    `figures` computes something from a run's session in the process that ran it: a function of a module, with a result
+    that pickle can write. `truths` keeps the states of the cell, some 100 kB a second. A scenario that cannot run,
+    because its config is wrong or names a real device, has an `error`, as has one whose `figures` raise. Raises
     DataError if no process starts, or if `figures` cannot be sent to one.
     """
     if jobs < 1:
@@ -128,6 +131,6 @@ def _run_one(
         if sends:
             _require_sendable(found)
         return replace(result, figures=found)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         named = getattr(figures, "__name__", "figures")
         return replace(result, error=f"{named} raised {type(error).__name__}: {error}")

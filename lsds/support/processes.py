@@ -90,10 +90,20 @@ def _together(
             hand_over()
             while pending:
                 ready, _ = wait(pending, return_when=FIRST_COMPLETED)
-                for done in ready:
-                    result = done.result()
-                    yield pending.pop(done), result
-                hand_over()
+                done = [future for future in ready if future.exception() is None]
+                results = [(pending.pop(future), future.result()) for future in done]
+                broken: BrokenProcessPool | None = None
+                if len(done) == len(ready):
+                    # Work goes on while the caller handles these results, which may take a while.
+                    try:
+                        hand_over()
+                    except BrokenProcessPool as error:
+                        broken = error
+                yield from results
+                if broken is not None:
+                    raise broken
+                for future in ready:
+                    future.result()
         except BrokenProcessPool:
             suspects += pending.values()
         except BaseException:

@@ -31,7 +31,7 @@ class TactileOptions(BaseModel):
         gt=0,
         le=1000,
         description="mean time of a frame in which nothing moves, from image to command: as far as it needs, such "
-        "frames are reduced to the markers; not given: every frame is seen in full",
+        "frames are reduced to the markers; not given: every frame is evaluated in full",
     )
     budget_scale: float = Field(
         default=1.0, gt=0, le=100, description="computing time of this machine over that of docs/speed.md"

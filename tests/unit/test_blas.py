@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
@@ -49,3 +51,26 @@ def test_an_error_gives_the_threads_back(two_threads):
     with pytest.raises(ValueError, match="no"), one_blas_thread():
         raise ValueError("no")
     assert blas_threads() == {2}
+
+
+def test_runs_that_overlap_give_the_threads_back(two_threads):
+    entered, may_end = threading.Event(), threading.Event()
+    threads = []
+
+    def other():
+        with one_blas_thread():
+            entered.set()
+            may_end.wait(10)
+        threads.append(blas_threads())
+
+    thread = threading.Thread(target=other)
+    with one_blas_thread():
+        thread.start()
+        assert entered.wait(10)
+        assert blas_threads() == {1}
+    may_end.set()
+    thread.join(10)
+    assert threads == [{2}]
+    assert blas_threads() == {2}
+    with one_blas_thread():
+        assert blas_threads() == {1}

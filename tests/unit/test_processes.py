@@ -51,6 +51,22 @@ def test_a_single_item_cannot_crash_the_caller():
     assert list(spread(deadly, [3], 2)) == [(3, None)]
 
 
+def begun(item):
+    folder, number = item
+    (folder / str(number)).touch()
+    return number
+
+
+def test_work_goes_on_while_the_caller_handles_a_result(tmp_path):
+    results = spread(begun, [(tmp_path, number) for number in range(5)], 2)
+    next(results)
+    until = time.monotonic() + 20
+    while len(list(tmp_path.iterdir())) < 3 and time.monotonic() < until:
+        time.sleep(0.01)
+    assert len(list(tmp_path.iterdir())) >= 3
+    assert len(list(results)) == 4
+
+
 def pids(number):
     return os.getpid() if number != 2 else os._exit(1)
 

@@ -292,7 +292,9 @@ class SimulatedFingertip:
         if load > 0:
             x, y = (gel.points_m @ state.pressure_n) / load
             self._centre_m = (float(x), float(y))
-        self._rolled_m = _along(touch.rolls, touch.place.x_m - self._place.x_m, touch.place.y_m - self._place.y_m)
+        # Bristles have no place: they are pressed at the pad's centre, wherever the object is.
+        pressed_at = ORIGIN if self.options.fidelity == "winkler" else self._place
+        self._rolled_m = _along(touch.rolls, touch.place.x_m - pressed_at.x_m, touch.place.y_m - pressed_at.y_m)
         self._slips = slips(gel, self._reaction.normal_n)
         if self._slips:
             self._slip_distance_m += math.hypot(moved.dx_m, moved.dy_m)

@@ -2,6 +2,7 @@
 
 import copy
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -201,6 +202,7 @@ def test_masses_that_are_welded_to_a_pad_count_for_the_step():
     assert steps[1] == pytest.approx(steps[0])
 
 
+@pytest.mark.filterwarnings("ignore:.*forces may be wrong")
 def test_a_step_that_is_too_long_is_named():
     light = pipe(mass_kg=0.002, fidelity="auto")
     scene = pipe_scene(light, step_s=2e-3)
@@ -241,7 +243,7 @@ def test_what_is_welded_to_a_pad_or_an_object_belongs_to_it():
     assert truths(seen)[0].normal_force_n == pytest.approx(6.0, rel=0.05)
     felt = scene_of(text, "feel")
     felt.data.actuator("squeeze").ctrl = 6.0
-    with pytest.raises(DataError, match=r"bodies .* and .* collide in MuJoCo, too; add them"):
+    with pytest.raises(DataError, match=r"bodies .* and .* collide in MuJoCo, too; name them, and add them"):
         felt.step(300)
 
 
@@ -296,9 +298,8 @@ def test_a_contact_that_mujoco_carries_too_is_an_error():
     tip = MujocoFingertip(model, data, SimulatedFingertip(pipe()), pad="left_pad", target="held")
     scene = MujocoScene(model, data, [tip])
     data.actuator("squeeze").ctrl = 6.0
-    with pytest.raises(
-        DataError, match=r"'left' and 'object' collide in MuJoCo, too; add them to <contact> as <exclude>"
-    ):
+    remedy = r'add <exclude body1="left" body2="object"/> to <contact>'
+    with pytest.raises(DataError, match=f"'left' and 'object' collide in MuJoCo, too; {remedy}"):
         scene.step(300)
 
 
@@ -401,6 +402,17 @@ def test_the_stable_step_is_stable_as_deep_as_results_are_valid(fidelity):
     assert np.ptp(forces[-20:]) < 0.02 * forces[-1]
 
 
+@pytest.mark.parametrize(("multiple", "warns"), [(0.5, 0), (3.0, 1)])
+def test_a_step_that_is_surely_too_long_is_warned_of_once(multiple, warns):
+    tip = lifted().fingertips[0]
+    step_s = multiple * tip.stable_step_s()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        for _ in range(3):
+            tip.wrenches(step_s)
+    assert len([each for each in caught if "forces may be wrong" in str(each.message)]) == warns
+
+
 def test_a_copied_scene_sees_its_own_data():
     scene = lifted()
     copied = copy.deepcopy(scene)
@@ -434,6 +446,7 @@ def test_a_callback_may_push_other_bodies():
         mujoco.set_mjcb_control(None)
 
 
+@pytest.mark.filterwarnings("ignore:.*forces may be wrong")
 def test_a_wall_is_stable_at_every_step():
     model = mujoco.MjModel.from_xml_string(
         '<mujoco><worldbody><body name="pad" pos="0 0 0.1"><freejoint/><geom size="0.01" contype="0"/></body>'
