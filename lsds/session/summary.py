@@ -140,7 +140,7 @@ def _ending(engine: Engine, samples: Sequence[Sample]) -> Ending:
         done=engine.done,
         released=engine.released,
         grips=engine.grips,
-        rose=any(sample.rising for sample in acting),
+        rose=engine.rig.arm is not None and any(sample.rising for sample in acting),
         began_ns=engine.acting_since_ns,
         contacts=[sample.contact_fraction for sample in acting],
         held_back=engine.held_back_frames,

@@ -15,7 +15,6 @@ EXTRAS = {
     "torch": "train",
     "matplotlib": "plot",
     "numba": "sim",
-    "joblib": "cluster",
     "distributed": "cluster",
     "ray": "ray",
     "pytest": "testing",

@@ -1,4 +1,4 @@
-"""Spread work over processes of this machine, or over a cluster: Dask (by joblib) or Ray.
+"""Spread work over processes of this machine, or over a cluster: Dask or Ray.
 
 Every machine of the cluster needs the same version of this project. Results are the same wherever an item runs: an item
 holds all that a run depends on, its seed too.
@@ -28,7 +28,8 @@ def shared_out(
 ) -> Iterator[tuple[Item, Result | None]]:
     """Yield each item with its result, in any order: from `jobs` processes here, or from a cluster that is named.
 
-    `work` must be a function of a module, and not return None. Raises DataError for a cluster that cannot be reached.
+    The result is None if its process died. `work` must be a function of a module, and not return None. Raises
+    DataError for a cluster that cannot be reached.
     """
     if not cluster:
         yield from spread(work, items, jobs)
@@ -45,23 +46,36 @@ def _with_item(work: Callable[[Item], Result], item: Item) -> tuple[Item, Result
     return item, work(item)
 
 
-def _on_dask(work: Callable[[Item], Result], items: Sequence[Item], cluster: str) -> Iterator[tuple[Item, Result]]:
-    require("joblib", extra="cluster", purpose="a cluster")
+def _on_dask(
+    work: Callable[[Item], Result], items: Sequence[Item], cluster: str
+) -> Iterator[tuple[Item, Result | None]]:
     require("distributed", extra="cluster", purpose="a Dask cluster")
     import distributed
-    import joblib
 
     try:
         client: Any = distributed.Client(cluster, timeout=10)
     except (OSError, ValueError) as error:
         raise DataError(f"{cluster}: no Dask scheduler answers ({error}); start one: dask scheduler") from error
-    with client, joblib.parallel_config(backend="dask"):
-        parallel: Any = joblib.Parallel(return_as="generator_unordered", n_jobs=-1)
-        yield from parallel(joblib.delayed(_with_item)(work, item) for item in items)
+    killed, suspects = distributed.KilledWorker, list[Item]()
+    with client:
+        items_of = {client.submit(_with_item, work, item, pure=False): item for item in items}
+        for future in distributed.as_completed(list(items_of)):
+            item = items_of.pop(future)
+            try:
+                yield future.result()
+            except killed:
+                suspects.append(item)
+        # A worker that dies takes the items with it that wait for it: each is tried again with no other.
+        for item in suspects:
+            try:
+                yield client.submit(_with_item, work, item, pure=False).result()
+            except killed:
+                yield item, None
 
 
-def _on_ray(work: Callable[[Item], Result], items: Sequence[Item], cluster: str) -> Iterator[tuple[Item, Result]]:
-    """Joblib's backend for Ray returns nothing before the end; Ray's own tasks return each result at once."""
+def _on_ray(
+    work: Callable[[Item], Result], items: Sequence[Item], cluster: str
+) -> Iterator[tuple[Item, Result | None]]:
     require("ray", extra="ray", purpose="a Ray cluster")
     import ray
 
@@ -71,9 +85,14 @@ def _on_ray(work: Callable[[Item], Result], items: Sequence[Item], cluster: str)
         raise DataError(f"{cluster}: no Ray cluster answers ({error}); start one: ray start --head") from error
     try:
         task: Any = ray.remote(_with_item)
-        waiting = [task.remote(work, item) for item in items]
-        while waiting:
-            ready, waiting = ray.wait(waiting)
-            yield from ray.get(ready)
+        items_of = {task.remote(work, item): item for item in items}
+        while items_of:
+            (ready,), _ = ray.wait(list(items_of))
+            item = items_of.pop(ready)
+            try:
+                answer: tuple[Item, Result | None] = ray.get(ready)
+            except ray.exceptions.WorkerCrashedError:
+                answer = item, None
+            yield answer
     finally:
         ray.shutdown()

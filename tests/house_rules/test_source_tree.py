@@ -91,9 +91,7 @@ def test_every_module_says_what_it_is_for(trees):
 
 def test_no_pickle_is_ever_loaded(trees):
     loaders = {"pickle", "joblib", "dill", "cloudpickle", "shelve", "marshal"}
-    # A cluster of one's own sends work by joblib; nothing is loaded from a file.
     own = {
-        "plugins/lsds_research/cluster.py": {"joblib"},
         # Code that the mock arm's own child compiled for it, by a pipe that nobody else has.
         "mocks/lsds_mocks/wire/ur/script/compilation.py": {"marshal"},
         "mocks/lsds_mocks/wire/ur/script/compile_server.py": {"marshal"},

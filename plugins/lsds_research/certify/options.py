@@ -48,7 +48,12 @@ class CertifyOptions(BaseModel):
         json_schema_extra={"metavar": "FILE"},
     )
     plain: bool = Field(default=False, description="draw evenly and count, to compare with")
-    slip_mm: float = Field(default=60.0, gt=0, le=1000, description="a longer slip is a drop")
+    slip_mm: float = Field(
+        default=0.0,
+        ge=0,
+        le=1000,
+        description="a longer slip is a drop; 0: task.max_slip_m of the rig, or else 60",
+    )
     found: str = Field(
         default="", description="folder for the worst failures", json_schema_extra={"metavar": "FOLDER", "writes": True}
     )

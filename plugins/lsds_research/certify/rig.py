@@ -11,6 +11,7 @@ from lsds.config.overrides import override_texts
 from lsds.config.reading import read_toml
 from lsds.contracts import BuildContext
 from lsds.errors import LsdsError
+from lsds.registry.containment import one_line
 from lsds.registry.host import PluginHost
 from lsds_research.search.space import flat
 
@@ -51,7 +52,7 @@ def _gripper(tables: dict[str, Any], host: PluginHost, notes: list[str]) -> bool
     if _is_simulated(host, "gripper", name):
         return False
     found: dict[str, Any] = {}
-    spec = _spec(host, "gripper", name, options)
+    spec, reason = _spec(host, "gripper", name, options)
     if spec is not None:
         ticks = max(1, round(spec.stroke_m / spec.resolution_m)) if spec.resolution_m > 0 else GRIPPER_TICKS
         found = {
@@ -60,29 +61,30 @@ def _gripper(tables: dict[str, Any], host: PluginHost, notes: list[str]) -> bool
             "closed_tick": min(_FIRST_TICK + ticks, 255),
             "latency_ms": round(1e3 * spec.latency_s, 3),
         }
+        reason = "; its speed and force are those of the mock"
+        if _FIRST_TICK + ticks > 255:
+            coarse_mm = 1e3 * spec.stroke_m / (255 - _FIRST_TICK)
+            reason += f", which has coarser ticks: {coarse_mm:.2g} instead of {1e3 * spec.resolution_m:.2g} mm"
     tables["gripper"] = {"backend": GRIPPER, GRIPPER: found}
-    notes.append(f"gripper '{name}': {GRIPPER} with {_words(found)}")
+    notes.append(f"gripper '{name}': {GRIPPER} with {_words(found)}{reason}")
     return True
 
 
 def _sensor(tables: dict[str, Any], host: PluginHost, notes: list[str]) -> bool:
     if "sensors" in tables:
-        names = {str(one.get("backend", SENSOR)) for one in tables["sensors"].values() if isinstance(one, dict)}
-        if all(_is_simulated(host, "sensor", name) for name in names):
-            return False
-        count = len(tables.pop("sensors"))
-        tables["sensor"] = {"backend": SENSOR}
-        notes.append(f"{count} fingertips: one {SENSOR}, which stands for both")
-        return True
+        # One pad stands for all: the objects are drawn for one.
+        fingers = [one for one in tables.pop("sensors").values() if isinstance(one, dict)]
+        tables["sensor"] = next(iter(fingers), {})
+        notes.append(f"{len(fingers)} fingertips: the first of them, which stands for all")
     name, options = _chosen(tables, "sensor", SENSOR)
     if _is_simulated(host, "sensor", name):
         return False
-    spec = _spec(host, "sensor", name, options)
+    spec, reason = _spec(host, "sensor", name, options)
     found = {}
     if spec is not None:
         found = {"rate_hz": round(float(spec.rate_hz), 3), "latency_ms": round(1e3 * spec.latency_s, 3)}
     tables["sensor"] = {"backend": SENSOR, SENSOR: found}
-    notes.append(f"fingertip '{name}': {SENSOR} with {_words(found)}")
+    notes.append(f"fingertip '{name}': {SENSOR} with {_words(found)}{reason}")
     return True
 
 
@@ -91,7 +93,7 @@ def _arm(tables: dict[str, Any], host: PluginHost, notes: list[str]) -> bool:
     if _is_simulated(host, "arm", name):
         return False
     tables["arm"] = {"backend": ARM}
-    notes.append(f"arm '{name}': {ARM}")
+    notes.append(f"arm '{name}': {ARM}" + (", because a lift needs one" if name == "none" else ""))
     return True
 
 
@@ -102,16 +104,17 @@ def _chosen(tables: dict[str, Any], section: str, default: str) -> tuple[str, di
 
 
 def _is_simulated(host: PluginHost, kind: Any, name: str) -> bool:
-    return host.find(kind, name).spec.virtual_time
+    return name != "none" and host.find(kind, name).spec.virtual_time
 
 
-def _spec(host: PluginHost, kind: Any, name: str, options: dict[str, Any]) -> Any:
-    """Return the spec of a device that is built and not connected, None if it does not know it yet."""
+def _spec(host: PluginHost, kind: Any, name: str, options: dict[str, Any]) -> tuple[Any, str]:
+    """Return the spec of a device that is built and not connected, and ""; or None, and the reason."""
+    if name == "none":
+        return None, ", because a lift needs one"
     try:
-        device = host.build(kind, name, options, BuildContext(WallClock()))
-        return device.spec
-    except (LsdsError, AttributeError, RuntimeError):
-        return None
+        return host.build(kind, name, options, BuildContext(WallClock())).spec, ""
+    except (LsdsError, AttributeError, RuntimeError) as error:
+        return None, f", because its spec is not known ({type(error).__name__}: {one_line(error)})"
 
 
 def _words(options: dict[str, Any]) -> str:

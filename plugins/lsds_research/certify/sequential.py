@@ -108,7 +108,7 @@ def sequential(
         left = [list(rng.permutation(np.flatnonzero(stratum == k))) for k in range(len(stage.sizes))]
         while not stage.margins or used(len(points)) < ends:
             own = _allotted(stage, rng)
-            chosen = [pool[left[k].pop() if left[k] else rng.choice(np.flatnonzero(stratum == k))] for k in own]
+            chosen = [pool[left[k].pop()] if left[k] else _another(pool, stratum, k, rng) for k in own]
             answered = yield chosen
             stage.strata += own[: len(answered)]
             stage.margins += list(answered)
@@ -118,6 +118,14 @@ def sequential(
         if used(len(points)) >= STAGES[-1]:
             break
     return _estimate(stages, points, margins, seed, describe)
+
+
+def _another(pool: Floats, stratum: NDArray[np.intp], k: int, rng: np.random.Generator) -> Floats:
+    """Return a point of a stratum of which all of the pool are drawn."""
+    if not stratum.any():
+        # One stratum is the whole space.
+        return np.asarray(rng.random(pool.shape[1]))
+    return np.asarray(pool[rng.choice(np.flatnonzero(stratum == k))])
 
 
 def plain(

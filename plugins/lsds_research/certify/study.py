@@ -24,11 +24,11 @@ from lsds_research.certify.plot import plot_certificate
 from lsds_research.certify.rig import simulated_rig
 from lsds_research.certify.sequential import Estimate, plain, sequential
 from lsds_research.certify.zones import Zone, zones
-from lsds_research.search.files import save_scenario
+from lsds_research.search.files import save_scenario, writable_folder
 from lsds_research.search.objects import OBJECTS, completed
-from lsds_research.search.robustness import NOT_RUN, Limits
+from lsds_research.search.robustness import NOT_RUN, Limits, not_begun
 from lsds_research.search.scenarios import Scenarios, fixed_note, require_usable
-from lsds_research.search.space import held_fixed, read_space
+from lsds_research.search.space import held_fixed, read_space, values_of
 
 _COLUMNS = (
     ("figure", "of a lift (simulated)", ""),
@@ -42,6 +42,11 @@ NOTICEABLE_M = 1e-3
 """Slip of a lift without an alarm from which on the alarm is missing, m; chosen."""
 OVERRUN = 1.1
 """Duration over the budget above which the certificate states it; chosen: the time is to be kept within 10 %."""
+SLIP_KEY = "task.max_slip_m"
+USUAL_SLIP_MM = 60.0
+"""Slip above which a lift counts as a drop if neither rig nor command give a limit, mm; chosen."""
+FEW = 5
+"""Number of drops below which the lifts that would do are not predicted; chosen."""
 PRECISE = 0.5
 """An interval whose half width exceeds this share of the probability is too wide for the budget to be called enough."""
 
@@ -60,13 +65,17 @@ class CertifyStudy:
         """Lift. Raises DataError for an unusable space or file, ConfigError for a rig that is not valid."""
         own = self._options
         settings, replaced = simulated_rig(Path(own.rig) if own.rig else None, PluginHost())
-        limits = Limits(slip_m=own.slip_mm * 1e-3)
-        stated = {text.partition("=")[0] for text in limits.overrides()}
-        settings = [text for text in settings if text.partition("=")[0] not in stated]
         settings = [*settings, *(QUICK if own.quick else ()), *own.settings]
+        slip_mm = own.slip_mm or (None if SLIP_KEY in values_of(settings) else USUAL_SLIP_MM)
+        if own.slip_mm:
+            settings = [text for text in settings if text.partition("=")[0] != SLIP_KEY]
+        limits = Limits(slip_m=None if slip_mm is None else slip_mm * 1e-3, peak=None)
         complete = dict if own.space else completed
-        space, fixed = held_fixed(self._space, settings)
+        space, fixed = held_fixed(self._space, [*limits.overrides(), *settings])
         require_usable(space, complete, limits, settings)
+        if own.found:
+            # Before the lifts, which may take hours.
+            writable_folder(Path(own.found))
         scenarios = Scenarios(limits, settings, "", own.jobs, own.cluster)
         began_ns = perf_ns()
         draw = plain if own.plain else sequential
@@ -85,7 +94,7 @@ class CertifyStudy:
         )
         # Of all margins, those of a drop are what was counted.
         rows = [row | {"margin": _margin(row)} for row in chain.from_iterable(answered)]
-        not_run = [row for row in rows if row["outcome"] == NOT_RUN]
+        warnings = not_begun(rows)
         points = np.array([row["point"] for row in rows])
         # A key that is held fixed has no effect, and names no zone.
         points[:, [axis.key in fixed for axis in space]] = 0.5
@@ -102,11 +111,6 @@ class CertifyStudy:
             *_undecided(rows, estimate),
             *_within(rows, estimate),
             *self._overrun(took_s, estimate.runs),
-            *(
-                f"{len(not_run)} of {len(rows)} lifts could not run and count as held unless the error was unexpected; "
-                f"the first: {row['fault']}"
-                for row in not_run[:1]
-            ),
             *(f"zone: {_zone_text(zone, space)}" for zone in found),
             *(f"failure: lsds run {file}" for file in files),
         ]
@@ -132,9 +136,11 @@ class CertifyStudy:
                 "files": [str(file) for file in files],
                 "replaced": replaced,
                 "took_s": took_s,
+                "slip_limit_m": float(values_of([*limits.overrides(), *settings])[SLIP_KEY]),
                 "figures_are": "simulated",
                 "seed": self._seed,
             },
+            warnings=warnings,
         )
 
     def _used(self, began_ns: int, runs: int) -> float:
@@ -232,7 +238,7 @@ def _figures(rows: Sequence[dict[str, Any]], estimate: Estimate) -> list[dict[st
                 "value": f"{half:.3g} {unit}".strip() if math.isfinite(half) else "none",
                 "range": f"95 % of lifts below {most:.3g} {unit}".strip()
                 if math.isfinite(most)
-                else "95 % of lifts: none",
+                else "none in more than 5 % of them",
             }
         )
     invalid_drops = share(lambda row: _is_invalid(row) and row["margin"] < 0)
@@ -268,8 +274,8 @@ def _quantile(values: NDArray[np.float64], weights: NDArray[np.float64], q: floa
 
 def _notes(estimate: Estimate, is_plain: bool) -> list[str]:
     notes = [
-        f"{'drawn evenly' if is_plain else 'spent where the answer was least certain'}: {estimate.failed} of "
-        f"{estimate.runs} lifts dropped"
+        f"{estimate.failed} of {estimate.runs} lifts dropped, "
+        f"{'drawn evenly' if is_plain else 'spent where the answer was least certain'}"
         + ("" if math.isnan(estimate.auc) else f"; a forest ranks unseen lifts with AUC {estimate.auc:.2f}")
     ]
     half = (estimate.most - estimate.least) / 2
@@ -280,8 +286,8 @@ def _notes(estimate: Estimate, is_plain: bool) -> list[str]:
     elif half > PRECISE * estimate.estimate:
         needed = estimate.runs * (half / (PRECISE * estimate.estimate)) ** 2
         notes.append(
-            "the budget is too small: the interval is wider than the probability itself; about "
-            f"{needed:.0f} lifts would do"
+            "the budget is too small: the interval is wider than the probability itself"
+            + (f"; about {needed:.0f} lifts would do" if estimate.failed >= FEW else "")
         )
     return notes
 

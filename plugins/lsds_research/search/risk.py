@@ -15,7 +15,7 @@ from lsds.contracts.study import StudyResult
 from lsds_research.search.objects import chosen_space
 from lsds_research.search.risk_options import RiskOptions
 from lsds_research.search.risk_plot import plot_risk
-from lsds_research.search.robustness import Limits
+from lsds_research.search.robustness import Limits, not_begun
 from lsds_research.search.scenarios import Scenarios, fixed_note, not_holdable, require_usable
 from lsds_research.search.space import held_fixed
 from lsds_research.search.split import Points, Probability, counted, split
@@ -83,6 +83,7 @@ class RiskStudy:
                 "figures_are": "simulated",
                 "seed": self._seed,
             },
+            warnings=not_begun(rows),
         )
 
     def _margin(self, row: dict[str, Any]) -> float:

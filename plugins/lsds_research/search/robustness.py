@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 from lsds.clock import cpu_ns
 from lsds.config.overrides import override_texts
 from lsds.contracts.task import TaskOptions
-from lsds.errors import CallHangs, LsdsError, PluginError
+from lsds.errors import CallHangs, DataError, LsdsError, PluginError
 from lsds.session.run import run
 from lsds.session.verdict import Outcome
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from lsds.session.run import Session
     from lsds_research.search.space import Scenario
 
@@ -21,6 +23,8 @@ HANGS_S = 120.0
 """A run with more computing time than this counts as a hang (s)."""
 STOPPED_MARGIN = 0.1
 """Margin of a run that an expected error stopped."""
+MOST_NOT_RUN = 0.1
+"""Largest share of scenarios that could not run; chosen."""
 NOT_RUN = "not run"
 """Outcome of a scenario whose lift could not begin."""
 _TASK = TaskOptions()
@@ -28,16 +32,16 @@ _TASK = TaskOptions()
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Limits of a failure: slip (m), and the ratio of peak grip to the needed or the initial grip."""
+    """Limits of a failure: slip (m), and the ratio of peak grip to the needed or the initial grip; None: that of the
+    config."""
 
-    slip_m: float = _TASK.max_slip_m
-    peak: float = _TASK.max_grip_ratio
+    slip_m: float | None = _TASK.max_slip_m
+    peak: float | None = _TASK.max_grip_ratio
 
     def overrides(self) -> list[str]:
-        """Return the config keys of those limits that are not the defaults, so that `lsds run` judges by the same."""
+        """Return the config keys of the limits, so that `lsds run` judges by the same."""
         keys = {"task.max_slip_m": self.slip_m, "task.max_grip_ratio": self.peak}
-        usual = {"task.max_slip_m": _TASK.max_slip_m, "task.max_grip_ratio": _TASK.max_grip_ratio}
-        return override_texts({key: value for key, value in keys.items() if value != usual[key]})
+        return override_texts({key: value for key, value in keys.items() if value is not None})
 
 
 def run_scenario(asked: tuple[Scenario, Limits, tuple[str, ...]]) -> dict[str, Any]:
@@ -66,6 +70,22 @@ def run_scenario(asked: tuple[Scenario, Limits, tuple[str, ...]]) -> dict[str, A
         "delay_s": session.verdict.detection_delay_s,
         "invalid": session.verdict.invalid,
     }
+
+
+def not_begun(rows: Sequence[dict[str, Any]]) -> list[str]:
+    """Return a warning on the scenarios whose lift could not begin, if there are some.
+
+    Raises DataError if they are more than a tenth: what is counted among the others would not be what was asked.
+    """
+    found = [row for row in rows if row["outcome"] == NOT_RUN]
+    if not found:
+        return []
+    text = (
+        f"{len(found)} of {len(rows)} scenarios could not run and count as no failure; the first: {found[0]['fault']}"
+    )
+    if len(found) > MOST_NOT_RUN * len(rows):
+        raise DataError(f"{text} (narrow the range of that key)")
+    return [text]
 
 
 def hangs(fault: BaseException | None) -> bool:

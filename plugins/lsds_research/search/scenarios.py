@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from lsds.config import load_config
 from lsds.config.overrides import override_texts
+from lsds.registry import PluginHost
 from lsds_research.cluster import shared_out
 from lsds_research.run_store import add_run, read_runs
 from lsds_research.search.robustness import NOT_RUN, Limits, least, run_scenario
@@ -138,12 +139,17 @@ class Scenarios:
 def require_usable(
     space: Sequence[Axis], complete: Callable[[Scenario], Scenario], limits: Limits, settings: Sequence[str]
 ) -> None:
-    """Check the config in the middle of the space before scenarios are run. Raises ConfigError.
+    """Check the config in the middle of the space, and at both ends of each axis, before scenarios are run. Raises
+    ConfigError.
 
     A scenario that cannot run fails in nothing: a mistake in the config would give a perfect result.
     """
-    middle = complete(point_to_scenario(space, [0.5] * len(space)))
-    load_config(None, [*override_texts(middle), *limits.overrides(), *settings])
+    host = PluginHost()
+    middle = [0.5] * len(space)
+    places = [middle, *([*middle[:k], end, *middle[k + 1 :]] for k in range(len(space)) for end in (0.0, 1.0))]
+    for place in places:
+        scenario = complete(point_to_scenario(space, place))
+        load_config(None, [*override_texts(scenario), *limits.overrides(), *settings], host=host)
 
 
 def fixed_note(fixed: Sequence[str]) -> list[str]:

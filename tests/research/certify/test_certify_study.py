@@ -9,9 +9,10 @@ from lsds_research.search import scenarios
 
 from lsds.clock import WallClock
 from lsds.contracts import BuildContext
-from lsds.errors import ConfigError
+from lsds.errors import ConfigError, DataError
 
 pytest.importorskip("sklearn", reason="scikit-learn is not installed: pip install '.[search]'")
+NOT_BEGUN = {"margins": {"named": 0.1}, "outcome": "not run", "fault": "no such object"}
 HELD = {"outcome": "held", "sentence": "held", "fault": None, "slip_m": 1e-4, "ratio": 1.5, "delay_s": None}
 
 
@@ -54,9 +55,55 @@ def test_the_worst_drop_is_saved_first(planted, tmp_path):
 
 
 def test_lifts_that_could_not_run_are_reported(planted):
-    not_run = {"margins": {"named": 0.1}, "outcome": "not run", "fault": "no such object"}
-    result = planted(lambda count: not_run if count < 3 else HELD | {"margins": {"holds": 1.0}})
-    assert any("3 of 16 lifts could not run" in note and "no such object" in note for note in result.notes)
+    result = planted(lambda count: NOT_BEGUN if count < 1 else HELD | {"margins": {"holds": 1.0}})
+    assert any("1 of 16 scenarios could not run" in text and "no such object" in text for text in result.warnings)
+
+
+def test_a_certificate_of_lifts_of_which_many_could_not_run_is_an_error(planted):
+    with pytest.raises(DataError, match=r"3 of 16 scenarios could not run.* no such object .narrow the range"):
+        planted(lambda count: NOT_BEGUN if count < 3 else HELD | {"margins": {"holds": 1.0}})
+
+
+def test_ends_of_ranges_that_cannot_run_are_found_before_the_first_lift(planted, tmp_path):
+    space = tmp_path / "space.toml"
+    space.write_text('"cell.simulated.mass_kg" = [-5.0, 10.0]\n"task.hold_s" = [0.3, 0.4]\n')
+    with pytest.raises(ConfigError, match="mass_kg"):
+        planted(lambda _: HELD, space=str(space))
+    assert planted.asked == []
+
+
+@pytest.mark.parametrize(
+    ("own", "rig", "limit_m"),
+    [(None, "", 0.06), (None, "max_slip_m = 0.004", 0.004), (30.0, "max_slip_m = 0.004", 0.03)],
+)
+def test_the_slip_limit_is_the_one_given_or_that_of_the_rig(planted, tmp_path, own, rig, limit_m):
+    file = tmp_path / "rig.toml"
+    file.write_text(f"[task]\n{rig}\n")
+    given = {} if own is None else {"slip_mm": own}
+    result = planted(lambda _: HELD | {"margins": {"holds": 1.0}}, rig=str(file), **given)
+    assert result.details["slip_limit_m"] == pytest.approx(limit_m)
+
+
+def test_a_folder_that_cannot_be_written_to_is_found_before_the_first_lift(planted, tmp_path):
+    file = tmp_path / "file"
+    file.touch()
+    with pytest.raises(DataError, match=r"no folder that can be written to.*choose another"):
+        planted(lambda _: HELD | {"margins": {"holds": 1.0}}, found=str(file))
+    assert planted.asked == []
+
+
+@pytest.mark.parametrize(
+    ("text", "note"),
+    [
+        ("[sensors.left]\n[sensors.right.mock-gelsight-mini]\nfinger = 'right'\n", "2 fingertips: the first of them"),
+        ("[arm]\nbackend = 'none'\n", "arm 'none': mock-ur5e, because a lift needs one"),
+    ],
+)
+def test_a_rig_of_two_fingers_or_without_an_arm_can_be_certified(planted, tmp_path, text, note):
+    rig = tmp_path / "rig.toml"
+    rig.write_text(text)
+    result = planted(lambda _: HELD | {"margins": {"holds": 1.0}}, rig=str(rig))
+    assert any(note in each for each in result.notes)
 
 
 def test_a_config_that_is_wrong_is_found_before_the_first_lift(planted):
@@ -88,4 +135,4 @@ def test_a_slip_that_was_never_noticed_has_no_alarm(planted):
     alarmed = HELD | {"margins": {"holds": 1.0}, "slip_m": 2e-3, "delay_s": 0.04}
     result = planted(lambda count: alarmed if count < 1 else lost)
     (row,) = [row for row in result.rows if "alarm" in row["figure"]]
-    assert (row["value"], row["range"]) == ("none", "95 % of lifts: none")
+    assert (row["value"], row["range"]) == ("none", "none in more than 5 % of them")

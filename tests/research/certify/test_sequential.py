@@ -99,3 +99,12 @@ def test_95_percent_of_the_intervals_contain_the_probability(share):
     assert np.mean(covered) >= 0.9
     if share >= 0.05:
         assert np.median(narrower) < 1.0
+
+
+def test_a_large_first_stage_draws_each_point_once():
+    draw = sequential(2, lambda runs: runs / 24_000, 0)
+    batch, seen = next(draw), []
+    while len(seen) < 5900:
+        seen += [tuple(point) for point in batch]
+        batch = draw.send([1.0] * len(batch))
+    assert len(set(seen)) == len(seen)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 import types
 
@@ -35,6 +36,22 @@ def test_two_dask_workers_find_what_this_machine_finds(tmp_path, installed_host)
         assert figures(tmp_path, "--jobs", "1", "--cluster", cluster.scheduler_address) == here
 
 
+def deadly(number):
+    return number * number if number != 2 else os._exit(1)
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.timeout(120)
+def test_a_worker_that_dies_costs_its_own_item_only():
+    distributed, dask = pytest.importorskip("distributed"), pytest.importorskip("dask")
+    with (
+        dask.config.set({"distributed.scheduler.allowed-failures": 0}),
+        distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None) as cluster,
+    ):
+        found = dict(shared_out(deadly, range(5), 1, cluster.scheduler_address))
+    assert found == {0: 0, 1: 1, 2: None, 3: 9, 4: 16}
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(300)
 @pytest.mark.filterwarnings("ignore")
@@ -53,7 +70,8 @@ def test_ray_is_joined_and_left(monkeypatch):
     ray.shutdown = lambda: calls.append("left")
     ray.remote = lambda work: types.SimpleNamespace(remote=lambda *arguments: lambda: work(*arguments))
     ray.wait = lambda waiting: (waiting[-1:], waiting[:-1])
-    ray.get = lambda ready: [task() for task in ready]
+    ray.get = lambda ready: ready()
+    ray.exceptions = types.SimpleNamespace(WorkerCrashedError=RuntimeError)
     ray.__spec__ = types.SimpleNamespace(name="ray")
     monkeypatch.setitem(sys.modules, "ray", ray)
     assert list(shared_out(abs, [-1, 2, -3], 1, "ray://head:10001")) == [(-3, 3), (2, 2), (-1, 1)]
