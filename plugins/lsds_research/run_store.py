@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO, Protocol, TypeVar
@@ -12,6 +13,7 @@ from lsds.errors import DataError
 from lsds.registry.containment import one_line
 from lsds.support.processes import DIED
 from lsds_research.cluster import shared_out
+from lsds_research.code_digest import code_digest
 
 Row = dict[str, Any]
 
@@ -63,7 +65,7 @@ def run_and_store(
 
 
 def read_runs(path: Path | None) -> dict[str, Row]:
-    """Return the runs in a file. Raises DataError for a file of another format."""
+    """Return the runs in a file; warns of runs by other code. Raises DataError for a file of another format."""
     if path is None or not path.exists():
         return {}
     try:
@@ -71,17 +73,27 @@ def read_runs(path: Path | None) -> dict[str, Row]:
     except (OSError, UnicodeDecodeError) as error:
         raise DataError(f"{path}: cannot be read as stored runs: {one_line(error)} (choose another file)") from error
     found: dict[str, Row] = {}
+    others = 0
     lines = text.split("\n")
     cut = lines.pop()
     for number, line in enumerate(lines, start=1):
         try:
             item = json.loads(line)
-            found[item["key"]] = item["run"]
+            key, row = item["key"], item["run"]
         except (json.JSONDecodeError, TypeError, KeyError) as error:
             raise DataError(f"{path}, line {number}: not a stored run (choose another file)") from error
+        if not (isinstance(key, str) and isinstance(row, dict) and row):
+            raise DataError(f"{path}, line {number}: not a stored run (choose another file)")
+        found[key] = row
+        others += item.get("code") != code_digest()
     # An interrupted write leaves a beginning of a line.
     if cut[: len(_BEGINS)] != _BEGINS[: len(cut)]:
         raise DataError(f"{path}, line {len(lines) + 1}: not a stored run (choose another file)")
+    if others:
+        text = (
+            f"{path}: {others} of {len(found)} runs were stored by another version of the code, and are counted alike"
+        )
+        warnings.warn(f"{text}; choose another file for figures of one version", stacklevel=2)
     return found
 
 
@@ -92,7 +104,7 @@ def add_run(path: Path | None, key: str, row: Row) -> None:
     try:
         with path.open("a+b") as file:
             _remove_cut_line(file)
-            file.write(json.dumps({"key": key, "run": row}).encode() + b"\n")
+            file.write(json.dumps({"key": key, "run": row, "code": code_digest()}).encode() + b"\n")
     except OSError as error:
         raise DataError(f"{path}: cannot be written: {error}") from error
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from lsds_research import run_store
 from lsds_research.run_store import add_run, read_runs
 
 from lsds.errors import DataError
@@ -33,7 +34,18 @@ def test_wherever_a_write_was_cut_the_whole_lines_are_kept(cut, values, tmp_path
     assert read_runs(file) == kept | {"last": {"value": 0}}
 
 
-@pytest.mark.parametrize("content", [b"my notes", b"my notes\n", b"\xff\xfe\x00", b'{"key": 1}\n', b'{"name": "a"}'])
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"my notes",
+        b"my notes\n",
+        b"\xff\xfe\x00",
+        b'{"key": 1}\n',
+        b'{"name": "a"}',
+        b'{"key": "a", "run": 5}\n',
+        b'{"key": "a", "run": {}}\n',
+    ],
+)
 def test_a_file_that_is_no_store_is_refused(content, tmp_path):
     file = tmp_path / "notes.txt"
     file.write_bytes(content)
@@ -45,3 +57,12 @@ def test_a_file_that_is_no_store_is_refused(content, tmp_path):
 def test_a_folder_is_refused(tmp_path):
     with pytest.raises(DataError, match="choose another file"):
         read_runs(tmp_path)
+
+
+def test_runs_by_another_version_of_the_code_are_told(tmp_path, monkeypatch):
+    file = tmp_path / "runs.jsonl"
+    add_run(file, "a", {"value": 1})
+    monkeypatch.setattr(run_store, "code_digest", lambda: "another")
+    add_run(file, "b", {"value": 2})
+    with pytest.warns(UserWarning, match="1 of 2 runs were stored by another version of the code"):
+        assert set(read_runs(file)) == {"a", "b"}
