@@ -90,10 +90,8 @@ def read_runs(path: Path | None) -> dict[str, Row]:
     if cut[: len(_BEGINS)] != _BEGINS[: len(cut)]:
         raise DataError(f"{path}, line {len(lines) + 1}: not a stored run (choose another file)")
     if others:
-        text = (
-            f"{path}: {others} of {len(found)} runs were stored by another version of the code, and are counted alike"
-        )
-        warnings.warn(f"{text}; choose another file for figures of one version", stacklevel=2)
+        text = f"{path}: {others} of {len(found)} runs were stored by another version of the code"
+        warnings.warn(f"{text} and are counted alike; choose another file for one version alone", stacklevel=2)
     return found
 
 

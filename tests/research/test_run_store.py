@@ -34,18 +34,11 @@ def test_wherever_a_write_was_cut_the_whole_lines_are_kept(cut, values, tmp_path
     assert read_runs(file) == kept | {"last": {"value": 0}}
 
 
-@pytest.mark.parametrize(
-    "content",
-    [
-        b"my notes",
-        b"my notes\n",
-        b"\xff\xfe\x00",
-        b'{"key": 1}\n',
-        b'{"name": "a"}',
-        b'{"key": "a", "run": 5}\n',
-        b'{"key": "a", "run": {}}\n',
-    ],
-)
+NO_STORES = [b"my notes", b"my notes\n", b"\xff\xfe\x00", b'{"key": 1}\n', b'{"name": "a"}']
+NO_RUNS = [b'{"key": "a", "run": 5}\n', b'{"key": "a", "run": {}}\n', b'{"key": 1, "run": {"value": 1}}\n']
+
+
+@pytest.mark.parametrize("content", NO_STORES + NO_RUNS)
 def test_a_file_that_is_no_store_is_refused(content, tmp_path):
     file = tmp_path / "notes.txt"
     file.write_bytes(content)
@@ -59,7 +52,7 @@ def test_a_folder_is_refused(tmp_path):
         read_runs(tmp_path)
 
 
-def test_runs_by_another_version_of_the_code_are_told(tmp_path, monkeypatch):
+def test_runs_by_another_version_of_the_code_are_reported(tmp_path, monkeypatch):
     file = tmp_path / "runs.jsonl"
     add_run(file, "a", {"value": 1})
     monkeypatch.setattr(run_store, "code_digest", lambda: "another")

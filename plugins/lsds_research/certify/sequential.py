@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lsds.support.extras import require
-from lsds_research.metrics import auc
 from lsds_research.search.split import exact_bounds
 
 Points = list[NDArray[np.float64]]
@@ -232,14 +231,23 @@ def _estimate(
         # As many runs drawn evenly would have this variance.
         even = estimate * (1 - estimate) / variance
         least, most = exact_bounds(estimate * even, even, 0.025)
-    return Estimate(estimate, least, most, count, whole, np.array(weights), _auc(describe(points), margins, seed))
+    return Estimate(
+        estimate, least, most, count, whole, np.array(weights), _auc(describe(points), margins, weights, seed)
+    )
 
 
-def _auc(rows: Floats, margins: Sequence[float], seed: int) -> float:
-    """Return how well a forest ranks runs that it was not fitted on: failures above the others (Mann and Whitney)."""
+def _auc(rows: Floats, margins: Sequence[float], weights: Sequence[float], seed: int) -> float:
+    """Return how well a forest ranks runs that it was not fitted on: failures above the others (Mann and Whitney).
+
+    Each run counts by its share of the space, because more of them were drawn where failures are expected.
+    """
+    from sklearn.metrics import roc_auc_score
+
     failed = np.array(margins) < 0
     if min(failed.sum(), (~failed).sum()) < 2:
         return float("nan")
     votes = _forest(rows, failed, seed).oob_decision_function_[:, 1]
     voted = np.isfinite(votes)
-    return auc(failed[voted], votes[voted])
+    if min(failed[voted].sum(), (~failed[voted]).sum()) < 1:
+        return float("nan")
+    return float(roc_auc_score(failed[voted], votes[voted], sample_weight=np.asarray(weights)[voted]))
