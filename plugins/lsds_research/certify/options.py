@@ -6,7 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from lsds.cli.threads import processes
 from lsds.errors import DataError
-from lsds_research.campaign_options import Cluster, Jobs, Settings
+from lsds_research.campaign_options import Cluster, Jobs, Out, Settings
 from lsds_research.certify.duration import seconds_of
 
 
@@ -59,6 +59,7 @@ class CertifyOptions(BaseModel):
     )
     most: int = Field(default=5, ge=0, le=100, description="number of failures to save")
     settings: Settings = []
+    out: Out = ""
     quick: bool = Field(default=False, description="48 lifts of one second, or as many as fit into a --budget")
     jobs: Jobs = Field(default_factory=processes, description="processes that lift")
     cluster: Cluster = ""
@@ -67,6 +68,8 @@ class CertifyOptions(BaseModel):
     def _one_budget(self) -> CertifyOptions:
         if self.runs and "budget" in self.model_fields_set:
             raise ValueError("budget and runs exclude each other: give a time, or a number of lifts")
+        if self.out and not self.runs:
+            raise ValueError("out needs runs: a number of lifts can be continued, a time cannot")
         try:
             seconds_of(self.budget, "--budget")
         except DataError as error:

@@ -76,7 +76,7 @@ class CertifyStudy:
         if own.found:
             # Before the lifts, which may take hours.
             writable_folder(Path(own.found))
-        scenarios = Scenarios(limits, settings, "", own.jobs, own.cluster)
+        scenarios = Scenarios(limits, settings, own.out, own.jobs, own.cluster)
         began_ns = perf_ns()
         draw = plain if own.plain else sequential
         answered, estimate = scenarios.answer(

@@ -6,6 +6,7 @@ import pytest
 from lsds_research.certify.options import CertifyOptions
 from lsds_research.certify.study import CertifyStudy
 from lsds_research.search import scenarios
+from pydantic import ValidationError
 
 from lsds.clock import WallClock
 from lsds.contracts import BuildContext
@@ -136,3 +137,20 @@ def test_a_slip_that_was_never_noticed_has_no_alarm(planted):
     result = planted(lambda count: alarmed if count < 1 else lost)
     (row,) = [row for row in result.rows if "alarm" in row["figure"]]
     assert (row["value"], row["range"]) == ("none", "none in more than 5 % of them")
+
+
+def test_an_interrupted_number_of_lifts_continues_from_its_file(planted, tmp_path):
+    kept = str(tmp_path / "lifts.jsonl")
+
+    def interrupted(count):
+        if count == 11:
+            raise KeyboardInterrupt
+        return HELD | {"margins": {"holds": 1.0}}
+
+    with pytest.raises(KeyboardInterrupt):
+        planted(interrupted, out=kept)
+    result = planted(lambda _: HELD | {"margins": {"holds": 1.0}}, out=kept)
+    assert result.details["probability"]["runs"] == 16
+    assert len(planted.asked) == 12 + 5
+    with pytest.raises(ValidationError, match="out needs runs"):
+        CertifyOptions(out=kept)
