@@ -72,7 +72,7 @@ class CertifyStudy:
         limits = Limits(slip_m=None if slip_mm is None else slip_mm * 1e-3, peak=None)
         complete = dict if own.space else completed
         space, fixed = held_fixed(self._space, [*limits.overrides(), *settings])
-        require_usable(space, complete, limits, settings)
+        require_usable(space, complete, limits, settings, own.space)
         if own.found:
             # Before the lifts, which may take hours.
             writable_folder(Path(own.found))

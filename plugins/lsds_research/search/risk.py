@@ -46,7 +46,7 @@ class RiskStudy:
         """Run the scenarios. Raises DataError for an unusable space or file, MissingExtra."""
         own = self._options
         space, fixed = held_fixed(self._space, own.settings)
-        require_usable(space, self._complete, self._limits, own.settings)
+        require_usable(space, self._complete, self._limits, own.settings, own.space)
         scenarios = Scenarios(self._limits, own.settings, own.out, own.jobs, own.cluster, self._firm)
         draw = _counting if self._plain else split
         answered, probability = scenarios.answer(

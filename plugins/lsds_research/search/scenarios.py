@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from lsds.config import load_config
 from lsds.config.overrides import override_texts
+from lsds.errors import ConfigError
 from lsds.registry import PluginHost
 from lsds_research.cluster import shared_out
 from lsds_research.run_store import add_run, read_runs
@@ -137,10 +138,14 @@ class Scenarios:
 
 
 def require_usable(
-    space: Sequence[Axis], complete: Callable[[Scenario], Scenario], limits: Limits, settings: Sequence[str]
+    space: Sequence[Axis],
+    complete: Callable[[Scenario], Scenario],
+    limits: Limits,
+    settings: Sequence[str],
+    source: str,
 ) -> None:
     """Check the config in the middle of the space, and at both ends of each axis, before scenarios are run. Raises
-    ConfigError.
+    ConfigError, which names the file `source` of the space, "" for none.
 
     A scenario that cannot run fails in nothing: a mistake in the config would give a perfect result.
     """
@@ -149,7 +154,10 @@ def require_usable(
     places = [middle, *([*middle[:k], end, *middle[k + 1 :]] for k in range(len(space)) for end in (0.0, 1.0))]
     for place in places:
         scenario = complete(point_to_scenario(space, place))
-        load_config(None, [*override_texts(scenario), *limits.overrides(), *settings], host=host)
+        try:
+            load_config(None, [*override_texts(scenario), *limits.overrides(), *settings], host=host)
+        except ConfigError as error:
+            raise ConfigError(f"{source or 'the default ranges'} with the settings", error.issues) from error
 
 
 def fixed_note(fixed: Sequence[str]) -> list[str]:

@@ -54,7 +54,7 @@ class SearchStudy:
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
         """Search, shrink, save. Raises DataError for an unusable space or folder, MissingExtra."""
         options = self._options
-        require_usable(self._space, self._complete, self._limits, self._settings)
+        require_usable(self._space, self._complete, self._limits, self._settings, options.space)
         self._scenarios = Scenarios(
             self._limits, self._settings, options.out, options.jobs, options.cluster, self._firm
         )

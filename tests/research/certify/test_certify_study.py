@@ -68,7 +68,7 @@ def test_a_certificate_of_lifts_of_which_many_could_not_run_is_an_error(planted)
 def test_ends_of_ranges_that_cannot_run_are_found_before_the_first_lift(planted, tmp_path):
     space = tmp_path / "space.toml"
     space.write_text('"cell.simulated.mass_kg" = [-5.0, 10.0]\n"task.hold_s" = [0.3, 0.4]\n')
-    with pytest.raises(ConfigError, match="mass_kg"):
+    with pytest.raises(ConfigError, match=r"space.toml with the settings: 1 problem\n.*mass_kg"):
         planted(lambda _: HELD, space=str(space))
     assert planted.asked == []
 
