@@ -91,12 +91,6 @@ class _NoPower(_Still):
         self.stand()
         raise DeviceTimeout(NAME, "no answer within 0.1 s", remedy="check the cable and the power")
 
-    def stop(self) -> None:
-        """Stop. Raises DeviceTimeout without power."""
-        if self._plan.on:
-            raise DeviceTimeout(NAME, "no answer within 0.1 s", remedy="check the cable and the power")
-        self._part.stop()
-
 
 class _Lies(_Still):
     """The fingers stand still, but the gripper reports the commanded aperture as reached."""
