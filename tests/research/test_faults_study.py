@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
+from lsds_research.studies.faults.case import Case, run_case
 from lsds_research.studies.faults.options import FaultsOptions
 from lsds_research.studies.faults.paired import holm, mcnemar, sign_test
 from lsds_research.studies.faults.study import _bounds_note, _compared, _judged, _summary, _unit
@@ -133,3 +134,19 @@ def test_the_verdict_on_a_run_with_a_fault(own, without, verdict):
 def test_fingers_open_if_they_do_by_more_than_in_the_same_stage_without_the_fault(own, without, opened):
     judged = _judged(row(apertures_m={"hold": own}), row(apertures_m={"hold": without}))
     assert judged["opened"] is opened
+
+
+FAST = ("task.lift_s=0.3", "task.hold_s=0.2", "cell.simulated.fidelity=winkler")
+
+
+@pytest.mark.parametrize("fault", ["detector-raises", "controller-raises", "tracker-raises", "estimator-raises"])
+def test_an_exception_that_a_fault_raises_on_purpose_has_the_name_of_its_part(fault, installed_host):
+    row = run_case(Case("belief", "fused", 1, fault, 0, "lift", settings=FAST))
+    assert row["error"] == "PluginError"
+    assert not row["unnamed"]
+
+
+def test_an_exception_of_the_project_under_a_fault_is_unnamed(installed_host, monkeypatch):
+    monkeypatch.setattr("lsds.grip.observer.GripObserver.update", lambda *_, **__: 1 / 0)
+    row = run_case(Case("belief", "fused", 1, "detector-silent", 0, "lift", settings=FAST))
+    assert row["unnamed"]

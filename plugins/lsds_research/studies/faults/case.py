@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import traceback
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from lsds.config.overrides import override_texts
 from lsds.errors import LsdsError
+from lsds.registry import PluginHost
 from lsds.session.parts import loaded
 from lsds.session.run import run
 from lsds_research.search.robustness import is_unnamed
@@ -107,7 +109,7 @@ def run_case(case: Case) -> dict[str, Any] | str:
         "outcome": summary["outcome"],
         "sentence": session.verdict.sentence,
         "error": None if fault is None else type(fault).__name__,
-        "unnamed": fault is not None and is_unnamed(fault),
+        "unnamed": fault is not None and is_unnamed(fault) and not _is_planted(fault, case.fault),
         "reason": summary["fault"],
         "unusable_frames": summary["unusable_frames"],
         "slip_mm": None if summary["slip_distance_m"] is None else 1e3 * summary["slip_distance_m"],
@@ -119,6 +121,17 @@ def run_case(case: Case) -> dict[str, Any] | str:
         "arm_moves_after_stop": log.moves_after_stop if counted else None,
         "apertures_m": {moment: _apertures_m(truths, session.stages.began_ns(moment)) for moment in moments},
     }
+
+
+def _is_planted(error: BaseException, fault: str) -> bool:
+    """Return whether an error names the part of which a fault has raised an exception, as it was to: that is no mistake
+    of the project."""
+    cause = error.__cause__
+    if not fault or not isinstance(error, LsdsError) or cause is None:
+        return False
+    frames = [frame for frame, _ in traceback.walk_tb(cause.__traceback__)]
+    module = PluginHost().find("fault", fault).spec.factory.partition(":")[0]
+    return bool(frames) and frames[-1].f_globals.get("__name__") == module
 
 
 def _has_arm(case: Case) -> bool:
