@@ -285,7 +285,7 @@ def incipient_rows(values: dict[str, Any]) -> list[str]:
 
 # -- random objects -------------------------------------------------------------------------------------------
 
-RANDOM = ("study", "grip", "--random", "300", "--draw", "1017", "--controller", "belief")
+RANDOM = ("study", "grip", "--random", "300", "--draw", "1018", "--controller", "belief")
 
 
 def random_objects() -> list[dict[str, Any]]:
