@@ -3,7 +3,8 @@
 A field becomes `--field-name`, with its description as the help. A list field is a repeatable flag, a `Literal` lists
 its choices, a bool also gets `--no-...`. `json_schema_extra={"flag": "--scene", "metavar": "NAME"}` sets another flag
 and the placeholder of its value in the help; `"writes": True` marks the name of a file that the study writes, which is
-then checked before the study starts. The model itself checks ranges and everything else.
+then checked before the study starts; `"writes": "folder"` marks a folder, which the study itself makes and checks. The
+model itself checks ranges and everything else.
 """
 
 from __future__ import annotations
@@ -54,9 +55,9 @@ def given(model: type[BaseModel] | None, values: Mapping[str, Any]) -> dict[str,
 
 
 def written_files(model: type[BaseModel] | None, options: Mapping[str, Any]) -> list[str]:
-    """Return the files that the study will write: the values of fields marked `writes`."""
+    """Return the files that the study will write: the values of fields marked `"writes": True`."""
     fields = {} if model is None else model.model_fields
-    names = [name for name, field in fields.items() if _extra(field).get("writes")]
+    names = [name for name, field in fields.items() if _extra(field).get("writes") is True]
     return [str(options[name]) for name in names if options.get(name)]
 
 

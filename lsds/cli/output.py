@@ -106,6 +106,16 @@ def require_writable(target: str | Path | None) -> None:
         raise DataError(f"{path}: cannot be written: permission denied")
 
 
+def require_writable_folder(folder: Path) -> None:
+    """Make a folder, or check the one that is there. Raises DataError if no file can be written to it."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise DataError(f"{folder}: cannot be written: {error} (choose another folder)") from error
+
+
 def write_text(text: str, target: str | Path) -> None:
     """Write text to a file or to stdout for "-". Raises DataError on failure.
 

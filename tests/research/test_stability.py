@@ -16,6 +16,7 @@ from lsds_research.stability.overview import AllMapsStudy
 from lsds_research.stability.plot import plot_map
 from lsds_research.stability.study import StabilityStudy, areas_on, map_named
 
+from lsds.cli.main import main
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext
 from lsds.errors import DataError
@@ -115,6 +116,14 @@ def test_all_maps_in_one_run_state_their_safe_shares_and_write_each_map(monkeypa
     (tmp_path / "file").write_text("")
     with pytest.raises(DataError, match="cannot be written"):
         all_maps(maps=["edge"], folder=str(tmp_path / "file"))
+
+
+def test_the_maps_may_be_written_to_a_folder_that_is_there(tmp_path, installed_host):
+    """It was refused as one that is no file, so a command that was repeated failed."""
+    asked = ["study", "stability", "--quick", "--map", "turning", "--jobs", "1", "--no-plot", "--folder", str(tmp_path)]
+    assert main(asked) == 0
+    assert main(asked) == 0
+    assert {file.name for file in tmp_path.iterdir()} == {"turning.png", "turning.csv", "turning.json"}
 
 
 def test_the_stable_delay_of_the_linear_loop_is_drawn_beyond_the_edge_of_its_map(tmp_path):

@@ -55,7 +55,9 @@ class CertifyOptions(BaseModel):
         description="a longer slip is a drop; 0: task.max_slip_m of the rig, or else 60",
     )
     found: str = Field(
-        default="", description="folder for the worst failures", json_schema_extra={"metavar": "FOLDER", "writes": True}
+        default="",
+        description="folder for the worst failures",
+        json_schema_extra={"metavar": "FOLDER", "writes": "folder"},
     )
     most: int = Field(default=5, ge=0, le=100, description="number of failures to save")
     settings: Settings = []

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lsds.cli.output import require_writable_folder
 from lsds.clock import NS_PER_S, perf_ns
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
@@ -24,7 +25,7 @@ from lsds_research.certify.plot import plot_certificate
 from lsds_research.certify.rig import simulated_rig
 from lsds_research.certify.sequential import Estimate, plain, sequential
 from lsds_research.certify.zones import Zone, zones
-from lsds_research.search.files import save_scenario, writable_folder
+from lsds_research.search.files import save_scenario
 from lsds_research.search.objects import OBJECTS, completed
 from lsds_research.search.robustness import NOT_RUN, Limits, not_begun
 from lsds_research.search.scenarios import Scenarios, fixed_note, require_usable
@@ -75,7 +76,7 @@ class CertifyStudy:
         require_usable(space, complete, limits, settings, own.space)
         if own.found:
             # Before the lifts, which may take hours.
-            writable_folder(Path(own.found))
+            require_writable_folder(Path(own.found))
         scenarios = Scenarios(limits, settings, own.out, own.jobs, own.cluster)
         began_ns = perf_ns()
         draw = plain if own.plain else sequential

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -25,13 +24,3 @@ def save_scenario(folder: Path, name: str, scenario: Scenario, settings: tuple[s
     except OSError as error:
         raise DataError(f"{path}: cannot be written: {error} (choose another folder)") from error
     return path
-
-
-def writable_folder(folder: Path) -> None:
-    """Make a folder for scenarios, or check the one that is there. Raises DataError if no file can be written to it."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise DataError(f"{folder}: no folder that can be written to: {error} (choose another one)") from error

@@ -38,7 +38,11 @@ class SearchOptions(BaseModel):
         json_schema_extra={"metavar": "FILE"},
     )
     random: Random = False
-    found: str = Field(default="", description="folder for the failures found", json_schema_extra={"metavar": "FOLDER"})
+    found: str = Field(
+        default="",
+        description="folder for the failures found",
+        json_schema_extra={"metavar": "FOLDER", "writes": "folder"},
+    )
     most: int = Field(default=5, ge=0, le=100, description="number of failures to shrink and save, the worst first")
     slip_mm: float = Field(default=30.0, gt=0, le=1000, description="a longer slip is a failure")
     peak: float = Field(

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from lsds.cli.output import require_writable_folder
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds.session.run import run
@@ -55,6 +56,8 @@ class SearchStudy:
         """Search, shrink, save. Raises DataError for an unusable space or folder, MissingExtra."""
         options = self._options
         require_usable(self._space, self._complete, self._limits, self._settings, options.space)
+        if options.found:
+            require_writable_folder(Path(options.found))
         self._scenarios = Scenarios(
             self._limits, self._settings, options.out, options.jobs, options.cluster, self._firm
         )

@@ -51,5 +51,5 @@ class AllMapsOptions(PointOptions):
     folder: str = Field(
         default="",
         description="folder for picture, CSV and JSON of each map",
-        json_schema_extra={"metavar": "FOLDER", "writes": True},
+        json_schema_extra={"metavar": "FOLDER", "writes": "folder"},
     )

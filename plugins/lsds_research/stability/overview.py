@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lsds.cli.output import csv_text, write_json, write_text
+from lsds.cli.output import csv_text, require_writable_folder, write_json, write_text
 from lsds.cli.study_output import as_json, drawn
 from lsds.contracts.study import StudyResult, Value
 from lsds.errors import DataError
@@ -32,6 +32,8 @@ class AllMapsStudy:
         options = self._options
         if wrong := [name for name in options.maps if name not in STABILITY_MAPS]:
             raise DataError(f"no map {', '.join(wrong)}; there are {', '.join(STABILITY_MAPS)}")
+        if options.folder:
+            require_writable_folder(Path(options.folder))
         maps = [map_named(name) for name in STABILITY_MAPS if not options.maps or name in options.maps]
         points = {of.name: of.points("quick" if options.quick else "full", self._seed) for of in maps}
         # The points of all maps are shared out together, so that no process waits for the end of a map.
@@ -55,10 +57,6 @@ class AllMapsStudy:
 
 
 def _write(folder: Path, name: str, result: StudyResult) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise DataError(f"{folder}: cannot be written: {error}") from error
     drawn(result, folder / f"{name}.png")
     write_text(csv_text([dict(row) for row in result.rows]), str(folder / f"{name}.csv"))
     write_json(as_json(result), str(folder / f"{name}.json"))

@@ -88,7 +88,7 @@ def test_the_slip_limit_is_the_one_given_or_that_of_the_rig(planted, tmp_path, o
 def test_a_folder_that_cannot_be_written_to_is_found_before_the_first_lift(planted, tmp_path):
     file = tmp_path / "file"
     file.touch()
-    with pytest.raises(DataError, match=r"no folder that can be written to.*choose another"):
+    with pytest.raises(DataError, match=r"cannot be written.*choose another folder"):
         planted(lambda _: HELD | {"margins": {"holds": 1.0}}, found=str(file))
     assert planted.asked == []
 
