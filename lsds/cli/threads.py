@@ -16,10 +16,9 @@ def processes() -> int:
 
 
 def one_thread() -> None:
-    """Limit BLAS to one thread unless the environment sets another number. Call it before numpy is imported.
+    """Limit BLAS to one thread unless the environment sets another number, for the reason in `lsds.support.blas`.
 
-    The matrix products of one frame take microseconds. Waking a second thread costs more than that, and on a busy
-    machine the frame waits until that thread is scheduled.
+    Call it before numpy is imported.
     """
     for variable in VARIABLES:
         os.environ.setdefault(variable, "1")

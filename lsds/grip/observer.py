@@ -173,14 +173,13 @@ class GripObserver:
         arm_m_s = max(speed for _, speed in self._speeds)
         rests_s = (seen.t_ns - self._changed_ns) * 1e-9
         # A job begins to act when the fingers rest, so the first squeeze has settled.
-        looks = not all(finger.skipped for finger in seen.fingers)
-        if len(self._normals) < MEDIAN_FRAMES and looks:
-            settled = math.isfinite(squeeze_m) and (self._squeezes == 1 or rests_s > SETTLES_S)
-            self._see_normal(seen.fingers, squeeze_m, settled=settled)
-        if looks:
+        if not all(finger.skipped for finger in seen.fingers):
+            if len(self._normals) < MEDIAN_FRAMES:
+                settled = math.isfinite(squeeze_m) and (self._squeezes == 1 or rests_s > SETTLES_S)
+                self._see_normal(seen.fingers, squeeze_m, settled=settled)
             self._doubts = self._doubts + 1 if load.doubted else 0
-        if looks and self._doubts == MEDIAN_FRAMES:
-            self.belief.doubt_normal()
+            if self._doubts == MEDIAN_FRAMES:
+                self.belief.doubt_normal()
         limit_n, limit_std_n, rising_m = math.nan, math.nan, 0.0
         stands = supported and not speed_m_s > 0
         evidence = self._evidence.take(seen.detection, estimate, rests_s)

@@ -80,10 +80,10 @@ def read_runs(path: Path | None) -> dict[str, Row]:
         try:
             item = json.loads(line)
             key, row = item["key"], item["run"]
+            if not (isinstance(key, str) and isinstance(row, dict) and row):
+                raise TypeError("a run is a table with a key")
         except (json.JSONDecodeError, TypeError, KeyError) as error:
             raise DataError(f"{path}, line {number}: not a stored run (choose another file)") from error
-        if not (isinstance(key, str) and isinstance(row, dict) and row):
-            raise DataError(f"{path}, line {number}: not a stored run (choose another file)")
         found[key] = row
         others += item.get("code") != code_digest()
     # An interrupted write leaves a beginning of a line.

@@ -159,10 +159,15 @@ def slipped(**options):
     return grip
 
 
-def until_it_opens(grip):
-    """Return the number of quiet frames until the fingers open."""
+def about_to_open(frames):
+    """Return a grip that has slipped and opens after this many further quiet frames."""
+    grip = slipped(quiet_s=0.3)
     held_mm = grip.sent_mm
-    return next(frames for frames in range(1, 200) if grip.frame(0.5, slip=False) < held_mm)
+    opens = next(count for count in range(1, 200) if grip.frame(0.5, slip=False) < held_mm)
+    grip = slipped(quiet_s=0.3)
+    for _ in range(opens - frames):
+        grip.frame(0.5, slip=False)
+    return grip
 
 
 @pytest.mark.parametrize(("slips", "waits"), [(0.05, False), (0.18, True), (0.9, True)])
@@ -368,26 +373,18 @@ def test_a_faint_load_between_unmeasured_ones_does_not_let_alarms_close_on_and_o
     ],
 )
 def test_an_interruption_ends_a_time_of_certainty(between):
-    grip = slipped(quiet_s=0.3)
-    opens = until_it_opens(grip)
-    again = slipped(quiet_s=0.3)
-    for _ in range(opens - 1):
-        again.frame(0.5, slip=False)
-    held_mm = again.sent_mm
+    grip = about_to_open(frames=1)
+    held_mm = grip.sent_mm
     for _ in range(20):
-        again.frame(**{"load_n": 0.5, "slip": False, **between})
-    assert again.frame(0.5, slip=False) == held_mm
+        grip.frame(**{"load_n": 0.5, "slip": False, **between})
+    assert grip.frame(0.5, slip=False) == held_mm
 
 
 def test_a_time_without_frames_is_no_time_of_certainty():
-    grip = slipped(quiet_s=0.3)
-    opens = until_it_opens(grip)
-    again = slipped(quiet_s=0.3)
-    for _ in range(opens - 3):
-        again.frame(0.5, slip=False)
-    held_mm = again.sent_mm
-    again.t_ns += 1800 * 10**9
-    assert held_mm - again.frame(0.5, slip=False) <= 1e3 * BeliefOptions().release_m_s * 0.11 + 1e-9
+    grip = about_to_open(frames=3)
+    held_mm = grip.sent_mm
+    grip.t_ns += 1800 * 10**9
+    assert held_mm - grip.frame(0.5, slip=False) <= 1e3 * BeliefOptions().release_m_s * 0.11 + 1e-9
 
 
 def test_one_wrong_normal_force_does_not_decide_how_far_a_fragile_object_is_squeezed():

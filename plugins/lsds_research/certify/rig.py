@@ -20,6 +20,8 @@ GRIPPER_TICKS = 225
 """Position ticks of the simulated gripper between open and closed, by default."""
 _FIRST_TICK = 3
 """Position register of the open simulated gripper, ticks: the default of `mock-hand-e`."""
+NEEDED = ", because a lift needs one"
+"""Reason for a mock where a rig has no device."""
 _DROPPED = ("cell", "pose_source", "faults", "deadlines")
 """Sections that describe real devices, or faults."""
 
@@ -93,7 +95,7 @@ def _arm(tables: dict[str, Any], host: PluginHost, notes: list[str]) -> bool:
     if _is_simulated(host, "arm", name):
         return False
     tables["arm"] = {"backend": ARM}
-    notes.append(f"arm '{name}': {ARM}" + (", because a lift needs one" if name == "none" else ""))
+    notes.append(f"arm '{name}': {ARM}{NEEDED if name == 'none' else ''}")
     return True
 
 
@@ -110,7 +112,7 @@ def _is_simulated(host: PluginHost, kind: Any, name: str) -> bool:
 def _spec(host: PluginHost, kind: Any, name: str, options: dict[str, Any]) -> tuple[Any, str]:
     """Return the spec of a device that is built and not connected, and ""; or None, and the reason."""
     if name == "none":
-        return None, ", because a lift needs one"
+        return None, NEEDED
     try:
         return host.build(kind, name, options, BuildContext(WallClock())).spec, ""
     except (LsdsError, AttributeError, RuntimeError) as error:
