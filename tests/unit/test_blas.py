@@ -14,7 +14,7 @@ from lsds.support.blas import VARIABLES, one_blas_thread
 def blas_threads():
     """Return the number of threads of NumPy's BLAS, which cells use.
 
-    Other tests load that of SciPy, and MKL, which has a number of its own in each thread.
+    Other tests load that of SciPy, and MKL, which has a separate number in each thread.
     """
     of_blas = [pool for pool in threadpool_info() if pool["user_api"] == "blas"]
     return {pool["num_threads"] for pool in of_blas if "numpy.libs" in pool["filepath"]}
