@@ -82,6 +82,8 @@ class _Stage:
 
 Describe = Callable[[Points | Floats], Floats]
 """Returns what a forest gets of points: rows (n, columns)."""
+StratumOf = Callable[[Floats], NDArray[np.intp]]
+"""Returns the stratum of each point."""
 
 
 def sequential(
@@ -102,12 +104,16 @@ def sequential(
     for begins, ends in pairwise((0.0, *STAGES)):
         whole = round(len(points) / begins) if begins else 0
         size = max(LEAST_POOL, POOL_PER_RUN * whole)
-        stage, pool, stratum = _begun(dimensions, points, margins, rng, seed, describe, size)
+        stage, pool, stratum_of = _begun(dimensions, points, margins, rng, seed, describe, size)
         # A point that is drawn again shows nothing new, so each is drawn once, in a random order.
-        left = [list(rng.permutation(np.flatnonzero(stratum == k))) for k in range(len(stage.sizes))]
+        left = _sorted_into(stage, rng.permutation(pool), stratum_of)
         while not stage.margins or used(len(points)) < ends:
             own = _allotted(stage, rng)
-            chosen = [pool[left[k].pop()] if left[k] else _another(pool, stratum, k, rng) for k in own]
+            chosen = []
+            for k in own:
+                while not left[k]:
+                    left = _sorted_into(stage, rng.random(pool.shape), stratum_of)
+                chosen.append(left[k].pop())
             answered = yield chosen
             stage.strata += own[: len(answered)]
             stage.margins += list(answered)
@@ -119,12 +125,10 @@ def sequential(
     return _estimate(stages, points, margins, seed, describe)
 
 
-def _another(pool: Floats, stratum: NDArray[np.intp], k: int, rng: np.random.Generator) -> Floats:
-    """Return a point of a stratum of which all of the pool are drawn."""
-    if not stratum.any():
-        # One stratum is the whole space.
-        return np.asarray(rng.random(pool.shape[1]))
-    return np.asarray(pool[rng.choice(np.flatnonzero(stratum == k))])
+def _sorted_into(stage: _Stage, pool: Floats, stratum_of: StratumOf) -> list[Points]:
+    """Return the points of each stratum."""
+    stratum = stratum_of(pool)
+    return [list(pool[stratum == k]) for k in range(len(stage.sizes))]
 
 
 def plain(
@@ -151,23 +155,33 @@ def _begun(
     seed: int,
     describe: Describe,
     size: int,
-) -> tuple[_Stage, Floats, NDArray[np.intp]]:
-    """Return a new stage, the pool of points and the stratum of each; one stratum where nothing is known."""
+) -> tuple[_Stage, Floats, StratumOf]:
+    """Return a new stage, its pool of points, and the stratum of a point; one stratum where nothing is known."""
     pool = rng.random((size, dimensions))
     failed = np.array(margins) < 0
     if not failed.any() or failed.all():
-        return _Stage(np.ones(1), np.full(1, 0.5)), pool, np.zeros(size, int)
-    risk = _forest(describe(points), failed, seed).predict_proba(describe(pool))[:, 1]
+        return _Stage(np.ones(1), np.full(1, 0.5)), pool, lambda some: np.zeros(len(some), int)
+    forest = _forest(describe(points), failed, seed)
+
+    def risk_of(some: Floats) -> Floats:
+        return np.asarray(forest.predict_proba(describe(some))[:, 1])
+
+    risk = risk_of(pool)
     # Equal parts of the sum of square roots of the variances: small strata where the outcome is uncertain.
-    order = np.argsort(risk, kind="stable")
-    spread = np.cumsum(np.sqrt(np.maximum(risk[order] * (1 - risk[order]), 1e-3)))
-    stratum = np.empty(size, int)
-    stratum[order] = np.minimum((STRATA * spread / spread[-1]).astype(int), STRATA - 1)
+    order = np.sort(risk)
+    spread = np.cumsum(np.sqrt(np.maximum(order * (1 - order), 1e-3)))
+    parts = spread[-1] * np.arange(1, STRATA) / STRATA
+    cuts = order[np.searchsorted(spread, parts)]
+
+    def stratum_of(some: Floats) -> NDArray[np.intp]:
+        return np.searchsorted(cuts, risk_of(some), side="right")
+
+    stratum = np.searchsorted(cuts, risk, side="right")
     counts = np.bincount(stratum, minlength=STRATA)
     predicted = np.bincount(stratum, weights=risk, minlength=STRATA) / np.maximum(counts, 1)
     # A forest on few runs is too sure of itself.
     rates = (1 - DOUBT) * predicted + DOUBT * failed.mean()
-    return _Stage(counts / size, rates, pool=size), pool, stratum
+    return _Stage(counts / size, rates, pool=size), pool, stratum_of
 
 
 def _forest(rows: Floats, failed: NDArray[np.bool_], seed: int) -> Any:
@@ -192,7 +206,7 @@ def _allotted(stage: _Stage, rng: np.random.Generator) -> list[int]:
         if len(short):
             k = int(short[np.argmin(runs[short])])
         else:
-            k = int(usable[np.argmax((variance / (runs * (runs + 1)))[usable])])
+            k = int(usable[np.argmax(variance[usable] / (runs[usable] * (runs[usable] + 1)))])
         own.append(k)
         runs[k] += 1
     rng.shuffle(own)

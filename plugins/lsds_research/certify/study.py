@@ -100,7 +100,7 @@ class CertifyStudy:
         # A key that is held fixed has no effect, and names no zone.
         points[:, [axis.key in fixed for axis in space]] = 0.5
         dropped = np.array([row["margin"] < 0 for row in rows])
-        found = zones(points, dropped, estimate.weights)
+        found = zones(points, dropped, estimate.weights, [len(axis.choices or ()) for axis in space])
         took_s = _since_s(began_ns)
         files = self._saved(rows, settings, limits)
         figures = _figures(rows, estimate)

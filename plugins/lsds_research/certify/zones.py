@@ -8,7 +8,7 @@ for in the rest.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,20 +63,39 @@ class Zone:
 
 
 def zones(
-    points: NDArray[np.float64], failed: NDArray[np.bool_], weights: NDArray[np.float64], most: int = MOST_ZONES
+    points: NDArray[np.float64],
+    failed: NDArray[np.bool_],
+    weights: NDArray[np.float64],
+    choices: Sequence[int] = (),
+    most: int = MOST_ZONES,
 ) -> list[Zone]:
     """Return up to `most` zones, the most dangerous first; `weights` (runs) are the shares of the space.
+
+    `choices` is the number of choices of each key, 0 for a range; a zone contains whole choices.
 
     A box with many failures is found in noise, too, because it is chosen among very many. A zone counts if its failure
     rate is above those that the same search finds with the outcomes shuffled.
     """
-    found = _zones(points, failed, weights, most)
+    among = np.asarray(choices or [0] * points.shape[1])
+    stepped = among > 0
+    # A choice is its middle: a side of a box that goes through it leaves it inside.
+    places = np.where(stepped, (np.minimum(np.floor(points * among), among - 1) + 0.5) / np.maximum(among, 1), points)
+    found = [_with_whole(zone, among) for zone in _zones(places, failed, weights, most)]
     if not found:
         return []
     rng = np.random.default_rng(0)
-    shuffled = [_zones(points, rng.permutation(failed), weights, 1) for _ in range(SHUFFLES)]
+    shuffled = [_zones(places, rng.permutation(failed), weights, 1) for _ in range(SHUFFLES)]
     chance = max((zone.rate for one in shuffled for zone in one), default=0.0)
     return [zone for zone in found if zone.rate > chance]
+
+
+def _with_whole(zone: Zone, choices: NDArray[np.int64]) -> Zone:
+    """Return a zone whose bounds end where choices end."""
+    bounds = zone.bounds.copy()
+    for key in np.flatnonzero(choices):
+        low, high = bounds[key] * choices[key]
+        bounds[key] = np.floor(low) / choices[key], np.ceil(high) / choices[key]
+    return replace(zone, bounds=bounds, share=float(np.prod(np.diff(bounds, axis=1))))
 
 
 def _zones(
@@ -111,7 +130,7 @@ def _box(
         own, bad, heavy = points[inside], failed[inside], weights[inside]
         for key in range(points.shape[1]):
             for side, quantile in ((0, PEEL), (1, 1 - PEEL)):
-                edge = float(np.quantile(own[:, key], quantile))
+                edge = _edge(own[:, key], side, quantile)
                 stays = own[:, key] >= edge if side == 0 else own[:, key] <= edge
                 if LEAST_BOX_RUNS <= stays.sum() < len(own) and (rate := _rate(bad[stays], heavy[stays])) > best:
                     better, best = (key, side, edge), rate
@@ -119,6 +138,15 @@ def _box(
             break
         bounds[better[0], better[1]] = better[2]
     return _simplest(points, failed, weights, bounds)
+
+
+def _edge(values: NDArray[np.float64], side: int, quantile: float) -> float:
+    """Return where a side moves to: a quantile, or past the first choice if that is not less than all of a choice."""
+    edge, end = float(np.quantile(values, quantile)), float(values.max() if side else values.min())
+    if edge != end:
+        return edge
+    inner = values[values != end]
+    return end if not len(inner) else float(inner.max() if side else inner.min())
 
 
 def _simplest(

@@ -108,3 +108,14 @@ def test_a_large_first_stage_draws_each_point_once():
         seen += [tuple(point) for point in batch]
         batch = draw.send([1.0] * len(batch))
     assert len(set(seen)) == len(seen)
+
+
+def test_a_stratum_of_which_all_points_are_drawn_gets_new_ones():
+    """A tenth of a small pool is one stratum of high risk, and half of the runs go there."""
+    seen = set()
+    draw = sequential(1, lambda runs: runs / 30_000, 3)
+    batch = next(draw)
+    for _ in range(1_700):
+        seen.update(point.tobytes() for point in batch)
+        batch = draw.send([-1.0 if point[0] > 0.95 and point[0] * 1e3 % 1 < 0.5 else 1.0 for point in batch])
+    assert len(seen) == 1_700 * RUNS_PER_BATCH

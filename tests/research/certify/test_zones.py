@@ -31,6 +31,16 @@ def test_a_planted_box_is_named_by_its_keys():
     assert "other_" not in text
 
 
+def test_a_zone_contains_whole_choices():
+    """Three of four choices are inside: the share of the space is three quarters, and the text names these three."""
+    _, points, weights = drawn(2)
+    failed = (points[:, 1] >= 0.25) & (points[:, 2] > 0.5)
+    first, *_ = zones(points, failed, weights, [len(axis.choices) for axis in SPACE])
+    assert tuple(first.bounds[1]) == (0.25, 1.0)
+    assert "shape sphere or edge or cylinder" in first.text(SPACE)
+    assert first.rate > 0.95
+
+
 def test_two_boxes_are_two_zones():
     _, points, weights = drawn(1, 1200)
     failed = (points[:, 0] > 0.85) | (points[:, 3] < 0.1)
