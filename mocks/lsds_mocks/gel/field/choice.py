@@ -52,10 +52,10 @@ class Effort:
 
     def count(self, patch: AnyPatch, done: int, most: int) -> None:
         """Count a call that converged in `done` sweeps, or (-1) did not converge in `most`."""
-        swept = done if done > 0 else most
+        swept = max(done, 1) if done >= 0 else most
         self.sweeps += swept
         self._solving += patch.work(swept)
-        self.unsolved = 0 if done > 0 else self.unsolved + swept
+        self.unsolved = 0 if done >= 0 else self.unsolved + swept
         self.unconverged += SWEEPS <= self.unsolved < SWEEPS + most
 
     @property
@@ -165,7 +165,8 @@ class AnyPatch:
         tolerance: float,
         sweeps: int,
     ) -> int:
-        """Solve for `traction` and `w`; return the iterations, or -1 if `sweeps` were not enough."""
+        """Solve for `traction` and `w`; return the iterations, 0 if descent found that the present values are the
+        solution, or -1 if `sweeps` were not enough."""
         self._grow()
         return self._patch.relax(traction, w, target, friction, slid, tolerance, sweeps)
 

@@ -42,7 +42,8 @@ def _prepared(material: GelMaterial, fines: tuple[int, ...], kernel: Kernel) -> 
         for turn in (1, -1):
             gel.press(0.02 * material.thickness_m)
             gel.set_friction(np.full(gel.points_m.shape[1], 0.5))
-            gel.trial(0.01 * turn * material.thickness_m, 0.0)
+            for share in (0.01, 0.011, 0.012):
+                gel.trial(share * turn * material.thickness_m, 0.0)
             gel.commit()
             _ = gel.stick_ratio
         gel.displacement_now(np.zeros((1, 2)))

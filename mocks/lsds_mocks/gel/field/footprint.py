@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numba import njit
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -30,33 +31,72 @@ def own_coordinates(
 
 
 class Footprint:
-    """Cell means of gap (n,) and slope of the gap along x and y (2, n), for one shape on one grid."""
+    """Cell means of gap (n,) and slope of the gap along x and y (2, n), for one shape on one grid.
+
+    The surface is sampled on a lattice over all the cells, so that neighbours share the samples on their edges.
+    """
 
     def __init__(self, shape: Shape, grid: CellGrid) -> None:
         self.shape = shape
         self._grid = grid
-        steps = max(1, _SURFACE_SAMPLES // grid.fine)
-        self._offset = np.arange(steps + 1) / steps - 0.5
-        ends = np.ones(steps + 1)
-        ends[[0, -1]] = 0.5
-        self._weight = ends / steps
+        self._steps = max(1, _SURFACE_SAMPLES // grid.fine)
+        self._x_m = _lattice(grid.columns, self._steps, grid.material.width_m)
+        self._y_m = _lattice(grid.rows, self._steps, grid.material.height_m)
 
     def over(self, cells: NDArray[np.int32], place: Placement) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return gap and slope over numbered cells. The slope's mean is exact: the gap's rise from edge to edge."""
-        x, y = self._grid.centres_m(cells)
-        dx, dy = self._grid.dx_m, self._grid.dy_m
-        at = own_coordinates(
-            place,
-            x[:, None, None] + (self._offset * dx)[None, None, :],
-            y[:, None, None] + (self._offset * dy)[None, :, None],
+        if not len(cells):
+            return np.zeros(0), np.zeros((2, 0))
+        row, column = cells // self._grid.columns, cells % self._grid.columns
+        top, left = row.min(), column.min()
+        x_m, y_m = (
+            lattice_m[first * self._steps : (last + 1) * self._steps + 1]
+            for lattice_m, first, last in ((self._x_m, left, column.max()), (self._y_m, top, row.max()))
         )
-        gap = np.broadcast_to(self.shape.gap(*at), (len(cells), len(self._weight), len(self._weight)))
-        along, across = gap @ self._weight, self._weight @ gap
-        slope = np.stack([(across[:, -1] - across[:, 0]) / dx, (along[:, -1] - along[:, 0]) / dy])
-        return along @ self._weight, slope
+        gap = np.broadcast_to(self.shape.gap(*own_coordinates(place, x_m[None, :], y_m[:, None])), (len(y_m), len(x_m)))
+        mean, slope = np.empty(len(cells)), np.empty((2, len(cells)))
+        _average(gap, row - top, column - left, self._steps, self._grid.dx_m, self._grid.dy_m, mean, slope)
+        return mean, slope
 
     def near(self, place: Placement, reach_m: float) -> NDArray[np.bool_]:
         """Return (cells,): whether the gap without texture at the cell's centre is below `reach_m`."""
         at = own_coordinates(place, self._grid.x_m[None, :], self._grid.y_m[:, None])
         gap = np.broadcast_to(self.shape.least_gap(*at), (self._grid.rows, self._grid.columns))
         return np.asarray(gap < reach_m).ravel()
+
+
+def _lattice(cells: int, steps: int, size_m: float) -> NDArray[np.float64]:
+    """Return the positions (m) of the samples along one axis of a pad, `steps` for each cell and one at the end."""
+    return np.asarray((np.arange(cells * steps + 1) / (cells * steps) - 0.5) * size_m, np.float64)
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _average(
+    samples: NDArray[np.float64],
+    row: NDArray[np.int32],
+    column: NDArray[np.int32],
+    steps: int,
+    dx: float,
+    dy: float,
+    mean: NDArray[np.float64],
+    slope: NDArray[np.float64],
+) -> None:
+    """Write the mean (n,) and the mean slopes (2, n) of samples over cells, by the trapezoidal rule along each axis."""
+    for i in range(mean.size):
+        top, left = row[i] * steps, column[i] * steps
+        total = above = below = 0.0
+        first = last = 0.0
+        for k in range(steps + 1):
+            line, weight = samples[top + k], 0.5 if k in (0, steps) else 1.0
+            across = 0.5 * (line[left] + line[left + steps])
+            for j in range(left + 1, left + steps):
+                across += line[j]
+            total += weight * across
+            first += weight * line[left]
+            last += weight * line[left + steps]
+            if k == 0:
+                above = across
+            below = across
+        mean[i] = total / steps**2
+        slope[0, i] = (last - first) / (steps * dx)
+        slope[1, i] = (below - above) / (steps * dy)

@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lsds_mocks.gel.field.choice import AnyPatch, Effort, Solver
+from lsds_mocks.gel.field.extrapolation import Extrapolation
 from lsds_mocks.gel.field.footprint import Footprint
-from lsds_mocks.gel.field.increment import Increment, add_up, carry, notice_sliding, settle, stick_share
+from lsds_mocks.gel.field.increment import TURN_ARM_M, Increment, add_up, carry, notice_sliding, settle, stick_share
 from lsds_mocks.gel.field.operator import Kernel, operator
 from lsds_mocks.gel.field.surface import FieldView
 from lsds_mocks.gel.material import GelMaterial
@@ -88,6 +89,8 @@ class FieldGel:
         self._steps = 0
         self._since = self._last = Increment()
         self._tried = (0.0, 0.0, 0.0)
+        self._near = Extrapolation()
+        self._at = (0.0, 0.0, 0.0, 0.0)
         self._first, self._fresh, self._astray = True, True, False
         self._pressed = 0.0
         self.mean_friction = 0.0
@@ -126,6 +129,7 @@ class FieldGel:
                     new[..., : len(kept)] = getattr(self, name)[..., kept]
                 setattr(self, name, new)
         self._friction[len(kept) :] = self.mean_friction
+        self._near.clear()
         self._points = self.grid.centres_m(self._patch.cells)
 
     def solve_in_portions(self, portions: bool) -> None:
@@ -244,9 +248,12 @@ class FieldGel:
             return NO_REACTION
         self.effort.unsolved = 0
         carry(self._anchor, self._points, whole.dx_m, whole.dy_m, whole.dtheta_rad, self._carried, self._target)
+        self._at = (whole.dx_m, whole.dy_m, TURN_ARM_M * whole.dtheta_rad, self._indentation)
         if self._fresh:
             self._fresh = False
             self._guess(whole)
+        else:
+            self._near.guess(self._at, self._traction, self._w)
         self._relax(self.tolerance)
         return self._reaction()
 
@@ -254,6 +261,8 @@ class FieldGel:
         most = self.effort.most(self._patch)
         done = self._patch.relax(self._traction, self._w, self._target, self._friction, self._slid, tolerance, most)
         self.effort.count(self._patch, done, most)
+        if done > 0 and self._patch.solver == "fft":
+            self._near.learn(self._at, self._traction, self._w)
 
     def solve_on(self) -> bool:
         """Continue the last trial by a portion; return whether it is done or cannot be improved."""
@@ -315,6 +324,7 @@ class FieldGel:
         self._pressed = self._indentation
         self._since = Increment()
         self._fresh = True
+        self._near.clear()
 
     def displacement_now(self, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return displacements (M, 2) of points (M, 2) in the present state."""

@@ -138,11 +138,11 @@ class SpectralPatch:
         The solution is accepted when correcting any single cell would change its traction by at most half of
         `tolerance` times the greatest pressure, and all cells by at most a tenth of it on average. Pressures are then
         not negative, and friction is within its limit; `slid` marks cells that slide or do not touch. Return the
-        iterations, at least 1, or -1 if `sweeps` were not enough.
+        iterations, 0 if the present values are the solution, or -1 if `sweeps` were not enough.
         """
         box = self._box
         if box is None:
-            return 1
+            return 0
         # Inactive cells carry no traction, so their displacement is arbitrary.
         lay_out(self._at, traction, w, target, friction, self._y, self._r, self._target, self._friction)
         done = self._descend(box, _STRICT * tolerance, sweeps)
@@ -168,7 +168,7 @@ class SpectralPatch:
                 # Limits close to the solution make their full change; others have to come nearer first.
                 off, patient, ready = self._follow(box, False), False, _FORCING * ready
             if off <= tolerance and not patient:
-                return max(done, 1)
+                return done
             if done >= sweeps:
                 return -1
             done += self._hold(box, ready, sweeps - done)
