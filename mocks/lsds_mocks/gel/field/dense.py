@@ -276,6 +276,12 @@ class Patch:
         """Write the displacement of the cells from `known` on under `traction`."""
         respond(self._compliance, traction, w, known, self.size)
 
+    @property
+    def compliance(self) -> NDArray[np.float32]:
+        """A view (n, 3, 3, n) of the compliance, metres per pascal: cell and component that load, component and cell
+        that move."""
+        return self._compliance[: self.size, :, :, : self.size]
+
     def depths(self) -> NDArray[np.float32]:
         """Return (n, 3, n): depth of all cells per traction (x, y, pressure) in each cell, metres per pascal."""
         return np.ascontiguousarray(self._compliance[: self.size, :, 2, : self.size])

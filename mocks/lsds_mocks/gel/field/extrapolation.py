@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
     Solution = tuple[tuple[float, ...], NDArray[np.float32], NDArray[np.float32]]
 
-FARTHEST = 3.0
-"""Largest extrapolation, in distances of the two solutions; chosen."""
+MOST_WAYS = 3.0
+"""Largest extrapolation, in ways from the older to the newer solution; chosen."""
 APART = 0.2
 """Share of that distance within which a newer solution replaces the newer one only; chosen. Both have errors up to the
 tolerance, so the closer they lie, the less certain is their slope."""
@@ -61,7 +61,7 @@ class Extrapolation:
         if size == 0.0:
             return
         along = sum((now - new) * part for now, new, part in zip(at, newer[0], way, strict=True))
-        share = min(max(along / size, -FARTHEST), FARTHEST)
+        share = min(max(along / size, -MOST_WAYS), MOST_WAYS)
         _extrapolate(newer[1], older[1], np.float32(share), traction)
         _extrapolate(newer[2], older[2], np.float32(share), w)
 

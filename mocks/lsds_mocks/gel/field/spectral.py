@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lsds_mocks.gel.field.box import Box
+from lsds_mocks.gel.field.box import MOST_WHOLE_CELLS, Box
 from lsds_mocks.gel.field.descent import advance, aim, confine, direct, lay_out, misfit, reduce, steepest, take_in
 
 if TYPE_CHECKING:
@@ -94,6 +94,8 @@ class SpectralPatch:
         rows, columns = self.cells // grid.columns, self.cells % grid.columns
         row, height = _span(rows, grid.rows)
         column, width = _span(columns, grid.columns)
+        if grid.size <= MOST_WHOLE_CELLS:
+            row, column, height, width = 0, 0, grid.rows, grid.columns
         box = self._box
         if box is None or not box.covers(rows, columns) or box.rows * box.columns > _ROOMY * height * width:
             self._box = box = Box(self.operator, row, column, height, width)
