@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -45,7 +44,7 @@ def motion(x_mm=0.0, y_mm=0.0, turn_deg=0.0, *, known=WELL, dots_mm=0.0, **chang
         grown=1.0,
         radius_m=4 * MM,
     )
-    return made._replace(**changes)
+    return dataclasses.replace(made, **changes)
 
 
 class Followed:
@@ -94,10 +93,10 @@ def test_a_covariance_is_one_and_less_knowledge_never_makes_it_smaller(known, re
     assert np.allclose(spread, spread.T, rtol=1e-9, atol=0)
     assert (np.linalg.eigvalsh(spread) > 0).all()
     worse = (
-        base._replace(residual=residual + 0.01),
-        base._replace(dots_m=base.dots_m + MM),
-        base._replace(redrawn=True),
-        base._replace(information=base.information / 2),
+        dataclasses.replace(base, residual=residual + 0.01),
+        dataclasses.replace(base, dots_m=base.dots_m + MM),
+        dataclasses.replace(base, redrawn=True),
+        dataclasses.replace(base, information=base.information / 2),
     )
     for other in worse:
         assert (np.diag(covariance(other, share)) >= np.diag(spread) * (1 - 1e-9)).all()
@@ -176,7 +175,7 @@ def test_a_slow_slide_that_no_frame_shows_is_found_by_four():
 def test_too_few_frames_and_one_in_which_the_imprint_was_lost_lead_nowhere():
     slide = motion(0.3)
     assert drift([]) == drift([slide] * (RECENT - 1)) == (0.0, 0.0)
-    lost = slide._replace(match=0.4)
+    lost = dataclasses.replace(slide, match=0.4)
     assert drift([slide, slide, lost, slide]) == (0.0, 0.0)
     assert drift([slide, slide, lost, slide], least_match=0.3)[0] > 0
 
@@ -229,7 +228,7 @@ def test_an_imprint_that_was_lost_is_slip_where_it_is_as_strong_as_before():
     assert answer.slip is True
     assert answer.confidence == 0.5
     for grown in (3.0, 0.2, 0.0):
-        begun = detect(lost._replace(grown=grown))
+        begun = detect(dataclasses.replace(lost, grown=grown))
         assert begun.slip is None, "a contact has begun or ended"
         assert math.isnan(begun.score)
         assert begun.confidence == 0

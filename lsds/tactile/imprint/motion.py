@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
     from lsds.contracts import DeformationField, Frame, MarkerReference
 
 
-class ImprintMotion(NamedTuple):
+@dataclass(frozen=True, eq=False, slots=True)
+class ImprintMotion:
     """Motion of the imprint between two frames, in the sensor's plane (x right, y down, turns clockwise).
 
     - `slip_m` (x, y) and `turn_rad`: motion of the imprint against the gel, about `centre_m`.

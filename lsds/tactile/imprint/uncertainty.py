@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import sys
+from functools import lru_cache
 from statistics import median
 from typing import TYPE_CHECKING
 
@@ -45,6 +46,8 @@ PRIOR_STD_RAD = 0.3
 KEY_FRAME_M = 6e-5
 #: Standard deviation of faint edges at rest between frames, m: a fifth of a pixel of recorded video.
 FAINT_STD_M = 1.25e-5
+#: Number of results that are kept: several detectors and estimators ask for those of the last frames.
+_KEPT = 64
 
 
 def covariance(motion: ImprintMotion, share: float = GEL_SHARE, least_m: float = FAINT_STD_M) -> Floats:
@@ -56,6 +59,7 @@ def covariance(motion: ImprintMotion, share: float = GEL_SHARE, least_m: float =
     return np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
 
 
+@lru_cache(maxsize=_KEPT)
 def variances(motion: ImprintMotion, share: float, least_m: float = FAINT_STD_M) -> Symmetric:
     """Return the terms of `covariance`."""
     per = 1 / (CORRELATION_FACTOR * max(motion.residual, LEAST_NOISE) ** 2)
@@ -96,6 +100,11 @@ def drift(recent: Sequence[ImprintMotion], share: float = GEL_SHARE, least_match
     results are zero if fewer than `RECENT` frames are known, or if the imprint was lost in one of them (a match below
     `least_match`).
     """
+    return _drift(tuple(recent), share, least_match)
+
+
+@lru_cache(maxsize=_KEPT)
+def _drift(recent: tuple[ImprintMotion, ...], share: float, least_match: float) -> tuple[float, float]:
     if len(recent) < RECENT or min(motion.match for motion in recent) < least_match:
         return 0.0, 0.0
     common = [median(parts) * len(recent) for parts in zip(*map(_step, recent), strict=True)]
