@@ -72,7 +72,9 @@ class TouchSense:
         self.score, self.frozen = 0.0, False
         self._newest: Blocks | None = None
         self._noisy = True
-        self._free: deque[Blocks] = deque(maxlen=LEARNT)
+        self._free: deque[Blocks] = deque()
+        # The sum of these, in double precision: adding and taking off leaves errors of 1e-13.
+        self._sum = np.zeros((BLOCKS[1], BLOCKS[0], 3))
         self._changes: deque[float] = deque(maxlen=LEARNT)
         self._products: deque[float] = deque(maxlen=LEARNT)
         self._waiting: deque[tuple[Blocks, float, float, float]] = deque(maxlen=MOST_WAITING)
@@ -98,12 +100,12 @@ class TouchSense:
             self._noisy = self._noisy and not repeated
         self.frozen, self._newest = repeated and self._noisy, blocks
         if not self._free:
-            self._free.append(blocks)
+            self._keep(blocks)
             return False
-        still = np.mean(self._free, axis=0)
+        still = (self._sum / len(self._free)).astype(np.float32)
         blocks, gain = _in_the_light_of(still, blocks)
         if len(self._free) < LEAST_LEARNT_FRAMES:
-            self._free.append(blocks)
+            self._keep(blocks)
             return False
         # The gain converts to the frame's levels, those of the camera's noise. The mean of n frames adds its noise.
         change = gain * float(np.sqrt(np.mean((blocks - still) ** 2))) / math.sqrt(1 + 1 / len(self._free))
@@ -147,8 +149,15 @@ class TouchSense:
         return float(np.mean(pairs)) / still.size if pairs else math.nan
 
     def _learn(self, blocks: Blocks, change: float) -> None:
-        self._free.append(blocks)
+        self._keep(blocks)
         self._changes.append(change)
+
+    def _keep(self, blocks: Blocks) -> None:
+        """Add block means to those without contact, of which the newest `LEARNT` are kept."""
+        self._free.append(blocks)
+        self._sum += blocks
+        if len(self._free) > LEARNT:
+            self._sum -= self._free.popleft()
 
 
 def _in_the_light_of(still: Blocks, blocks: Blocks) -> tuple[Blocks, float]:

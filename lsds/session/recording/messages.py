@@ -7,7 +7,7 @@ are protobuf of well-known types, for viewers; all others are JSON of the contra
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lsds.contracts import (
@@ -198,7 +198,7 @@ def _finger(finger: FingerCycle) -> Iterator[tuple[str, Any]]:
     # Only if an algorithm has used it: a recorder must not make the loop compute more.
     imprint = getattr(observation.imprint, "known", None)
     if imprint is not None:
-        yield "imprint", {**frame, **imprint._asdict()}
+        yield "imprint", {**frame, **{each.name: getattr(imprint, each.name) for each in fields(imprint)}}
     if observation.load is not None:
         yield "load", observation.load
     yield "detection", finger.detection
