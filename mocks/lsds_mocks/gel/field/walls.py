@@ -1,8 +1,8 @@
 """Elastic responses by classes of points that do not couple, in as few numbers as possible.
 
 **The walls**, the pad's correction, act on hats (`lsds_mocks.gel.field.correction`). Reading the dense correction of
-all hats costs more than the rest of a large rectangle. Along each axis one of two reductions applies: only the hats over
-the rectangle or, for a long rectangle, sums and differences of mirror-image hats, which do not couple.
+all hats costs more than the rest of a large rectangle. Along each axis one of two reductions applies: only the hats
+over the rectangle or, for a long rectangle, sums and differences of mirror-image hats, which do not couple.
 
 **A whole pad of few cells** has about as many hats as cells. Sums and differences of mirror-image cells then carry
 layer and walls at once, in less than two thirds of the time.

@@ -1,11 +1,11 @@
 """The elastic layer's response over a rectangle of cells, by sines and cosines.
 
-The layer's table becomes one number, or a few, per wave. Cells outside the rectangle carry no traction, so a table with
-a period of 2 n - 1 cells acts on n of them like the whole one; if the layer's own period is shorter, that is used. Along
-one axis, an even table maps cosine to cosine and sine to sine; an odd table maps cosine to sine and sine to minus
-cosine. All numbers are therefore real, and the transform is a product with a small matrix on each side. At these sizes,
-and without rounding up to a fast length, that costs no more than a fast Fourier transform, and a third of it on small
-rectangles.
+The layer's table becomes one number, or a few, per wave. Cells outside the rectangle carry no traction, so a table
+with a period of 2 n - 1 cells acts on n of them like the whole one; if the layer's own period is shorter, that is
+used. Along one axis, an even table maps cosine to cosine and sine to sine; an odd table maps cosine to sine and sine
+to minus cosine. All numbers are therefore real, and the transform is a product with a small matrix on each side. At
+these sizes, and without rounding up to a fast length, that costs no more than a fast Fourier transform, and a third
+of it on small rectangles.
 """
 
 from __future__ import annotations
