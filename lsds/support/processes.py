@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from multiprocessing import parent_process
 from multiprocessing.context import SpawnContext, SpawnProcess
 from threading import RLock
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 from lsds.errors import DataError
 
@@ -50,39 +50,62 @@ def read_lines(stream: Iterable[str], take: Callable[[str | None], object]) -> N
 
 
 def spread(work: Callable[[Item], Result], items: Sequence[Item], jobs: int) -> Iterator[tuple[Item, Result | None]]:
-    """Yield each item with the result of `work` as it is done; the result is None if its process died.
+    """Yield each item with the result of `work` as it is done, from processes for these items only; see `Workers`."""
+    with Workers(jobs) as workers:
+        yield from workers.spread(work, items)
 
-    With `jobs` > 1 even a single item runs in its own process, so that its crash does not end this one. `work` must
-    then be picklable. It must not return None. An exception of `work` is raised here after the items in progress have
-    ended; the same holds when the iteration is interrupted, for example by Ctrl-C. Raises DataError if no process can
-    be started.
+
+class Workers:
+    """Up to `jobs` processes, started when there is work, and kept until the end of the `with` statement.
+
+    A process takes seconds to load libraries, compiled functions and tables, so work that comes in many parts should
+    keep its processes.
     """
-    if jobs <= 1 or not items:
-        yield from ((item, work(item)) for item in items)
-        return
-    waiting, suspects = deque(items), list[Item]()
-    while waiting:
-        yield from _together(work, waiting, min(jobs, len(items)), suspects)
-        # One of the items in progress crashed the pool. Repeat each of them in its own process to find it.
-        for item in suspects:
-            with _pool(1) as pool:
-                try:
-                    yield item, pool.submit(work, item).result()
-                except BrokenProcessPool:
-                    yield item, None
-        suspects.clear()
 
+    def __init__(self, jobs: int) -> None:
+        self._jobs = jobs
+        self._pool: ProcessPoolExecutor | None = None
 
-def _together(
-    work: Callable[[Item], Result], waiting: deque[Item], jobs: int, suspects: list[Item]
-) -> Iterator[tuple[Item, Result]]:
-    """Yield items with their results until all are done or a process dies; `suspects` holds the items in progress."""
-    pending: dict[Future[Result], Item] = {}
-    with _pool(jobs) as pool:
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._end()
+
+    def spread(self, work: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[tuple[Item, Result | None]]:
+        """Yield each item with the result of `work` as it is done; the result is None if its process died.
+
+        With several jobs even a single item runs in a process of its own, so that its crash does not end this one.
+        `work` must then be picklable. It must not return None. An exception of `work` is raised here after the items in
+        progress have ended; the same holds when the iteration is interrupted, for example by Ctrl-C. Raises DataError
+        if no process can be started.
+        """
+        if self._jobs <= 1 or not items:
+            yield from ((item, work(item)) for item in items)
+            return
+        waiting, suspects = deque(items), list[Item]()
+        while waiting:
+            yield from self._together(work, waiting, suspects)
+            # One of the items in progress crashed the pool. Repeat each of them in its own process to find it.
+            for item in suspects:
+                with _pool(1) as pool:
+                    try:
+                        yield item, pool.submit(work, item).result()
+                    except BrokenProcessPool:
+                        yield item, None
+            suspects.clear()
+
+    def _together(
+        self, work: Callable[[Item], Result], waiting: deque[Item], suspects: list[Item]
+    ) -> Iterator[tuple[Item, Result]]:
+        """Yield items with their results until all are done or a process dies; `suspects` holds the items in
+        progress."""
+        pending: dict[Future[Result], Item] = {}
+        pool = self._pool = self._pool or _pool(self._jobs)
 
         def hand_over() -> None:
             # Submit no more items than there are processes, because a submitted item cannot be withdrawn.
-            while waiting and len(pending) < jobs:
+            while waiting and len(pending) < self._jobs:
                 pending[pool.submit(work, waiting[0])] = waiting[0]
                 waiting.popleft()
 
@@ -106,9 +129,16 @@ def _together(
                     future.result()
         except BrokenProcessPool:
             suspects += pending.values()
+            self._end()
         except BaseException:
-            pool.shutdown(wait=True, cancel_futures=True)
+            self._end()
             raise
+
+    def _end(self) -> None:
+        """End the processes when the items in progress are done."""
+        pool, self._pool = self._pool, None
+        if pool is not None:
+            pool.shutdown(wait=True, cancel_futures=True)
 
 
 def _pool(jobs: int) -> ProcessPoolExecutor:

@@ -12,7 +12,7 @@ from concurrent.futures.process import BrokenProcessPool
 import pytest
 
 from lsds.support import processes
-from lsds.support.processes import spread
+from lsds.support.processes import Workers, spread
 
 
 def square(number):
@@ -71,6 +71,26 @@ def pids(number):
     return os.getpid() if number != 2 else os._exit(1)
 
 
+def test_workers_are_kept_from_part_to_part_and_end_with_the_statement():
+    with Workers(2) as workers:
+        first = {pid for _, pid in workers.spread(pids, [0, 1])}
+        again = {pid for _, pid in workers.spread(pids, [3, 4, 5])}
+        assert len(first | again) <= 2
+        assert dict(workers.spread(pids, [2])) == {2: None}, "a crash ends the processes"
+        after = {pid for _, pid in workers.spread(pids, [6, 7])}
+        assert not after & (first | again)
+    for pid in after:
+        with pytest.raises(ProcessLookupError):
+            os.kill(pid, 0)
+
+
+def test_an_error_ends_the_workers_and_the_next_part_starts_new_ones():
+    with Workers(2) as workers:
+        with pytest.raises(ValueError, match="two is wrong"):
+            list(workers.spread(wrong, range(6)))
+        assert sorted(workers.spread(square, [4])) == [(4, 16)]
+
+
 def test_after_a_crash_the_rest_is_done_together_again():
     found = dict(spread(pids, range(40), 2))
     assert found.pop(2) is None
@@ -93,7 +113,7 @@ def test_nothing_is_lost_where_a_crash_falls_between_a_result_and_what_follows_i
 
 SLEEPER = """
 import os, sys, time
-from lsds.support.processes import spread
+from lsds.support.processes import Workers, spread
 def sleep(number):
     print(os.getpid(), flush=True)
     time.sleep(0.5 if number else 0.0)

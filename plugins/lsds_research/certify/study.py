@@ -77,22 +77,19 @@ class CertifyStudy:
         if own.found:
             # Before the lifts, which may take hours.
             require_writable_folder(Path(own.found))
-        scenarios = Scenarios(limits, settings, own.out, own.jobs, own.cluster)
         began_ns = perf_ns()
-        draw = plain if own.plain else sequential
-        answered, estimate = scenarios.answer(
-            space,
-            draw(
-                len(space),
-                partial(self._used, began_ns),
-                self._seed,
-                NeededForce(space, complete, settings),
-            ),
-            _margin,
-            lambda done, asked: tick(*self._progress(done, asked, began_ns)),
-            complete=complete,
-            room=partial(self._room, began_ns),
+        draw = (plain if own.plain else sequential)(
+            len(space), partial(self._used, began_ns), self._seed, NeededForce(space, complete, settings)
         )
+        with Scenarios(limits, settings, own.out, own.jobs, own.cluster) as scenarios:
+            answered, estimate = scenarios.answer(
+                space,
+                draw,
+                _margin,
+                lambda done, asked: tick(*self._progress(done, asked, began_ns)),
+                complete=complete,
+                room=partial(self._room, began_ns),
+            )
         # Of all margins, those of a drop are what was counted.
         rows = [row | {"margin": _margin(row)} for row in chain.from_iterable(answered)]
         warnings = not_begun(rows)

@@ -47,15 +47,15 @@ class RiskStudy:
         own = self._options
         space, fixed = held_fixed(self._space, own.settings)
         require_usable(space, self._complete, self._limits, own.settings, own.space)
-        scenarios = Scenarios(self._limits, own.settings, own.out, own.jobs, own.cluster, self._firm)
         draw = _counting if self._plain else split
-        answered, probability = scenarios.answer(
-            space,
-            draw(len(space), self._runs, self._seed),
-            self._margin,
-            lambda done, asked: tick(done, max(self._runs, asked)),
-            self._complete,
-        )
+        with Scenarios(self._limits, own.settings, own.out, own.jobs, own.cluster, self._firm) as scenarios:
+            answered, probability = scenarios.answer(
+                space,
+                draw(len(space), self._runs, self._seed),
+                self._margin,
+                lambda done, asked: tick(done, max(self._runs, asked)),
+                self._complete,
+            )
         rows = list(chain.from_iterable(answered))
         margins = [[self._margin(row) for row in batch] for batch in answered]
         row = {"failure": own.failure, "runs": len(rows), "failed": probability.failed} | {

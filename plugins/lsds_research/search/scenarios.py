@@ -5,16 +5,17 @@ from __future__ import annotations
 import json
 import sys
 from collections import Counter
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from lsds.config import load_config
 from lsds.config.overrides import override_texts
 from lsds.errors import ConfigError
 from lsds.registry import PluginHost
-from lsds_research.cluster import shared_out
+from lsds_research.cluster import Share, sharing
 from lsds_research.run_store import add_run, read_runs
 from lsds_research.search.robustness import NOT_RUN, Limits, least, run_scenario
 from lsds_research.search.space import Axis, Scenario, point_to_scenario
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from lsds_research.search.seek import Points
 
 T = TypeVar("T")
+_Asked = tuple[dict[str, Any], Limits, tuple[str, ...]]
+"""Scenario, limits and more config keys of a run."""
 
 DIED = "died"
 """Outcome of a scenario whose process ended."""
@@ -38,7 +41,8 @@ class Scenarios:
     """The runs of scenarios with common `settings` (config keys), by key.
 
     `firm` are the config keys of lifts with a firm grip. A scenario that fails is repeated with each; if all of them
-    lose the object, it counts as no failure.
+    lose the object, it counts as no failure. Processes, or the connection to a cluster, are kept until the end of the
+    `with` statement.
     """
 
     def __init__(
@@ -52,9 +56,23 @@ class Scenarios:
     ) -> None:
         """Raises DataError if the file `out` cannot be read; an empty name stores nothing."""
         self._limits, self._settings, self._firm = limits, tuple(settings), firm
-        self._jobs, self._cluster = jobs, cluster
+        self._sharing, self._opened = partial(sharing, jobs, cluster), ExitStack()
+        self._share: Share | None = None
         self._kept = Path(out) if out else None
         self._known = read_runs(self._kept)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._share = None
+        self._opened.close()
+
+    def _shared_out(self, items: Sequence[_Asked]) -> Iterator[tuple[_Asked, dict[str, Any] | None]]:
+        """Yield what was asked with what came of it; a cluster is joined when there is something to ask."""
+        if items and self._share is None:
+            self._share = self._opened.enter_context(self._sharing())
+        return iter(()) if self._share is None else self._share(run_scenario, items)
 
     def rows(self, scenarios: Sequence[Scenario], done: Callable[[int], None]) -> list[dict[str, Any]]:
         """Return the rows of scenarios, in their order; stored ones are not run again."""
@@ -62,7 +80,7 @@ class Scenarios:
         missing = {key: s for key, s in zip(keys, scenarios, strict=True) if key not in self._known}
         asked = [(scenario, self._limits, self._settings) for scenario in missing.values()]
         lost: list[dict[str, Any]] = []
-        shared = shared_out(run_scenario, asked, self._jobs, self._cluster)
+        shared = self._shared_out(asked)
         for count, ((scenario, _, _), result) in enumerate(shared, start=len(scenarios) - len(missing) + 1):
             # A process that died is an unexpected failure.
             outcome = result or {"margins": {"named": -1.0}, "outcome": DIED, "fault": "the process died"}
@@ -88,7 +106,7 @@ class Scenarios:
         """Repeat scenarios that failed with firm grips, and add them; what all of these lose counts as no failure."""
         firm = [(row["scenario"], self._limits, (*self._settings, *grip)) for row in lost for grip in self._firm]
         dropped: Counter[str] = Counter()
-        for (scenario, _, _), result in shared_out(run_scenario, firm, self._jobs, self._cluster):
+        for (scenario, _, _), result in self._shared_out(firm):
             # A lift that did not run to its end says nothing about the object.
             dropped[self._key(scenario)] += result is not None and result["margins"].get("holds", 1.0) < 0
         for row in lost:

@@ -58,15 +58,15 @@ class SearchStudy:
         require_usable(self._space, self._complete, self._limits, self._settings, options.space)
         if options.found:
             require_writable_folder(Path(options.found))
-        self._scenarios = Scenarios(
-            self._limits, self._settings, options.out, options.jobs, options.cluster, self._firm
-        )
         batches = seek(len(self._space), self._runs, self._seed)
-        answered, _ = self._scenarios.answer(
-            self._space, batches, itemgetter("margin"), lambda done, _: tick(done, self._runs), self._complete
-        )
-        rows = list(chain.from_iterable(answered))
-        found = self._found(rows)
+        with Scenarios(
+            self._limits, self._settings, options.out, options.jobs, options.cluster, self._firm
+        ) as self._scenarios:
+            answered, _ = self._scenarios.answer(
+                self._space, batches, itemgetter("margin"), lambda done, _: tick(done, self._runs), self._complete
+            )
+            rows = list(chain.from_iterable(answered))
+            found = self._found(rows)
         failed = [row for row in rows if row["margin"] < 0]
         stopped = Counter(row["fault"].split(":")[0] for row in rows if row["fault"] and row["margin"] >= 0)
         notes = [

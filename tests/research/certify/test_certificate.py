@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
 
@@ -128,12 +129,12 @@ def test_a_short_budget_ends_within_a_lift_and_a_number_of_lifts_is_kept(tmp_pat
 
 @pytest.mark.parametrize("jobs", [1, 3])
 def test_a_number_of_lifts_is_kept_whatever_finishes_first(jobs, monkeypatch):
-    def shuffled(work, items, jobs, cluster):
-        return [(item, {"margins": {"holds": 1.0}, "outcome": "held", "number": k}) for k, item in enumerate(items)][
-            ::-1
-        ]
+    def shuffled(work, items):
+        return iter(
+            [(item, {"margins": {"holds": 1.0}, "outcome": "held", "number": k}) for k, item in enumerate(items)][::-1]
+        )
 
-    monkeypatch.setattr(scenarios, "shared_out", shuffled)
+    monkeypatch.setattr(scenarios, "sharing", lambda jobs, cluster: contextlib.nullcontext(shuffled))
     runs = scenarios.Scenarios(Limits(), (), "", jobs, "")
     used = []
 
