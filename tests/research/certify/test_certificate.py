@@ -134,8 +134,15 @@ def test_a_number_of_lifts_is_kept_whatever_finishes_first(jobs, monkeypatch):
             [(item, {"margins": {"holds": 1.0}, "outcome": "held", "number": k}) for k, item in enumerate(items)][::-1]
         )
 
-    monkeypatch.setattr(scenarios, "sharing", lambda jobs, cluster: contextlib.nullcontext(shuffled))
-    runs = scenarios.Scenarios(Limits(), (), "", jobs, "")
+    joined = []
+
+    @contextlib.contextmanager
+    def sharing(jobs, cluster):
+        joined.append(jobs)
+        yield shuffled
+        joined.append("left")
+
+    monkeypatch.setattr(scenarios, "sharing", sharing)
     used = []
 
     def draw():
@@ -144,9 +151,11 @@ def test_a_number_of_lifts_is_kept_whatever_finishes_first(jobs, monkeypatch):
         return "done"
 
     axes = OBJECTS[:1]
-    answered, last = runs.answer(
-        axes, draw(), lambda row: 1.0, lambda *_: None, room=lambda count: min(jobs, 5 - count)
-    )
+    with scenarios.Scenarios(Limits(), (), "", jobs, "") as runs:
+        answered, last = runs.answer(
+            axes, draw(), lambda row: 1.0, lambda *_: None, room=lambda count: min(jobs, 5 - count)
+        )
+    assert joined == [jobs, "left"], "processes are kept from batch to batch"
     assert (last, used) == ("done", [4, 1])
     points = [row["point"][0] for rows in answered for row in rows]
     assert points == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.0])
