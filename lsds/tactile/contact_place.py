@@ -18,11 +18,17 @@ EDGE_SHARE = 0.3
 def off_centre(contact: ContactPatch | None) -> tuple[float, float]:
     """Return how far the contact's centre of depth is right of and below the pad's, as shares of width and height.
 
-    (0, 0) if the imprint does not show it, as for a flat face that covers the pad.
+    All that is at least half as deep as the contact on average belongs to it: of a face that is pressed in about as
+    deep as the threshold, only a few spots exceed that. (0, 0) if the imprint does not show the contact, as for a flat
+    face that covers the pad.
     """
     if contact is None or contact.area_fraction < LEAST_PLACED_SHARE:
         return 0.0, 0.0
-    depth = np.clip(contact.depth_m - contact.threshold_m, 0.0, None)
+    depth = contact.depth_m.astype(np.float64)
+    in_contact = depth > contact.threshold_m
+    if not in_contact.any():
+        return 0.0, 0.0
+    depth[depth < 0.5 * depth[in_contact].mean()] = 0.0
     total = float(depth.sum())
     if not total > 0:
         return 0.0, 0.0

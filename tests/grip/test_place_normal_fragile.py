@@ -44,6 +44,19 @@ def test_a_contact_at_the_edge_is_named(at, edge):
     assert edge_of(bump(*at)) == edge
 
 
+def test_a_face_as_deep_as_the_threshold_is_where_it_is_and_not_where_it_exceeds_that():
+    """A block of 12 mm across the whole pad: 43 um deep, and 55 um in its lower right corner."""
+    depth = np.full((30, 40), -2e-5, np.float32)
+    depth[:, 8:32] = 4.3e-5
+    depth[25:, 22:30] = 5.5e-5
+    contact = ContactPatch(depth, 5e-5, float(np.mean(depth > 5e-5)))
+    assert contact.area_fraction > 0.03
+    x, y = off_centre(contact)
+    assert abs(x) < 0.05
+    assert abs(y) < 0.05
+    assert edge_of(contact) == ""
+
+
 def test_without_an_imprint_there_is_no_offset_and_no_force():
     assert off_centre(None) == (0, 0)
     assert off_centre(ContactPatch(np.zeros((30, 40), np.float32), 5e-5, 0.0)) == (0, 0)
