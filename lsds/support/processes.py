@@ -75,7 +75,7 @@ class Workers:
     def spread(self, work: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[tuple[Item, Result | None]]:
         """Yield each item with the result of `work` as it is done; the result is None if its process died.
 
-        With several jobs even a single item runs in a process of its own, so that its crash does not end this one.
+        With several jobs even a single item runs in another process, so that its crash does not end this one.
         `work` must then be picklable. It must not return None. An exception of `work` is raised here after the items in
         progress have ended; the same holds when the iteration is interrupted, for example by Ctrl-C. Raises DataError
         if no process can be started.

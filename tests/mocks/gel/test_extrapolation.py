@@ -91,3 +91,15 @@ def test_a_vibration_takes_fewer_iterations_and_its_force_is_as_exact(shape, mon
     assert iterations < 0.2 * more
     errors = [np.sqrt(np.mean((each - exact) ** 2)) / np.abs(exact).max() for each in (forces, without)]
     assert errors[0] < max(1.2 * errors[1], 0.005)
+
+
+def test_sweeps_start_from_the_last_solution_also_after_descent(monkeypatch):
+    """Sweeps leave scattered errors, which a guess would multiply; what descent has learnt would soon be old."""
+    gel = FieldGel(Box(8e-3, 8e-3, 1e-3), fine=1)
+    gel.press(0.2e-3)
+    assert gel._patch.solver == "blocks"
+    for k in range(2):
+        gel._near.learn((1e-6 * k, 0.0, 0.0, 0.0), gel._traction, gel._w)
+    monkeypatch.setattr(Extrapolation, "guess", lambda *_: pytest.fail("a guess for sweeps"))
+    gel.trial(0.0, 1e-6)
+    gel.trial(0.0, 2e-6)

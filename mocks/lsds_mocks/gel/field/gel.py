@@ -252,7 +252,7 @@ class FieldGel:
         if self._fresh:
             self._fresh = False
             self._guess(whole)
-        else:
+        elif self._patch.solver == "fft":
             self._near.guess(self._at, self._traction, self._w)
         self._relax(self.tolerance)
         return self._reaction()
