@@ -27,6 +27,7 @@ from lsds.session.verdict import Verdict
 from lsds.session.view import view_of
 from lsds.support.blas import one_blas_thread
 from lsds.support.extras import require
+from lsds.support.tracebacks import forget_locals
 
 if TYPE_CHECKING:
     from lsds.session.recording.writer import Images, RecordingWriter
@@ -124,7 +125,26 @@ def run(
     if isinstance(job, type):
         raise PluginError(f"job is the class {job.__name__}; give an object: {job.__name__}()")
     parts = {"tracker": tracker, "detector": detector, "estimator": estimator, "controller": controller}
-    with with_parts(chosen, parts) as complete:
+    return _without_locals(_run_once(chosen, parts, job, observe, finished, record, images, view))
+
+
+def _without_locals(session: Session) -> Session:
+    """Return a session whose fault does not keep the cell alive: the functions that referred to it have ended."""
+    forget_locals(session.fault)
+    return session
+
+
+def _run_once(
+    config: RigConfig,
+    parts: Mapping[str, Any],
+    job: Job | None,
+    observe: Callable[[Cycle], object] | None,
+    finished: Callable[[Session], object] | None,
+    record: str | Path | None,
+    images: Images,
+    view: str | None,
+) -> Session:
+    with with_parts(config, parts) as complete:
         rig = Rig(complete)
     require_moments(rig, job)
     with rig:
@@ -148,9 +168,10 @@ def run(
         except ExceptionGroup as failures:
             # A run that has ended well is not lost because a device would not close.
             if session.fault is None:
-                return replace(session, fault=failures)
-            for failure in failures.exceptions:
-                session.fault.add_note(f"and while closing: {type(failure).__name__}: {failure}")
+                session = replace(session, fault=failures)
+            else:
+                for failure in failures.exceptions:
+                    session.fault.add_note(f"and while closing: {type(failure).__name__}: {failure}")
     return session
 
 
@@ -194,6 +215,7 @@ def _run(
     summary["recording"] = None if recorder is None else _recorded(recorder, of_events["recording"])
     summary["view"] = None if watcher is None else of_events["view"].failure
     perception = engine.perception
+    truths.release()
     return Session(
         summary, record, truths.samples, perception.reference_frame, perception.reference, fault, rig.stages, verdict
     )

@@ -37,6 +37,10 @@ class TruthLog:
         self.samples.append(truth)
         return truth
 
+    def release(self) -> None:
+        """Forget the cell, which takes some 40 MB; the samples stay."""
+        self._cell = None
+
     def at(self, t_ns: int) -> CellTruth | None:
         """Return the sample nearest to a time, None if no sample lies within one and a half intervals."""
         nearest: CellTruth | None = None
