@@ -18,9 +18,9 @@ EDGE_SHARE = 0.3
 def off_centre(contact: ContactPatch | None) -> tuple[float, float]:
     """Return how far the contact's centre of depth is right of and below the pad's, as shares of width and height.
 
-    All that is at least half as deep as the contact on average belongs to it: of a face that is pressed in about as
-    deep as the threshold, only a few spots exceed that. (0, 0) if the imprint does not show the contact, as for a flat
-    face that covers the pad.
+    Depth counts from half of the contact's mean depth on: of a face that is pressed in about as deep as the threshold,
+    only a few spots exceed that. (0, 0) if the imprint does not show the contact, as for a flat face that covers the
+    pad.
     """
     if contact is None or contact.area_fraction < LEAST_PLACED_SHARE:
         return 0.0, 0.0
@@ -28,7 +28,7 @@ def off_centre(contact: ContactPatch | None) -> tuple[float, float]:
     in_contact = depth > contact.threshold_m
     if not in_contact.any():
         return 0.0, 0.0
-    depth[depth < 0.5 * depth[in_contact].mean()] = 0.0
+    depth = np.clip(depth - 0.5 * depth[in_contact].mean(), 0.0, None)
     total = float(depth.sum())
     if not total > 0:
         return 0.0, 0.0

@@ -57,6 +57,13 @@ def test_a_face_as_deep_as_the_threshold_is_where_it_is_and_not_where_it_exceeds
     assert edge_of(contact) == ""
 
 
+def test_a_faint_contact_is_not_drawn_to_the_background():
+    depth = np.full((30, 40), 2.8e-5, np.float32)
+    depth[:, 37:39] = 5.5e-5
+    contact = ContactPatch(depth, 5e-5, float(np.mean(depth > 5e-5)))
+    assert edge_of(contact) == "right"
+
+
 def test_without_an_imprint_there_is_no_offset_and_no_force():
     assert off_centre(None) == (0, 0)
     assert off_centre(ContactPatch(np.zeros((30, 40), np.float32), 5e-5, 0.0)) == (0, 0)

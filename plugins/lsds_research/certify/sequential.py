@@ -32,7 +32,7 @@ STAGES = (0.25, 0.6, 1.0)
 LEAST_POOL = 5_000
 """Minimum number of uniform points that represent the space; the size of a stratum is its share of them."""
 POOL_PER_RUN = 4
-"""Number of such points for each run of the whole budget, so that hardly any is drawn twice; chosen."""
+"""Number of such points for each run of the whole budget, so that a stratum is seldom drained; chosen."""
 STRATA = 6
 """Number of strata into which a forest divides the space; chosen."""
 LEAST_STRATUM_RUNS = 4

@@ -49,7 +49,9 @@ class Zone:
                 continue
             name = axis.key.rpartition(".")[2]
             if axis.choices:
-                first, last = (min(int(end * len(axis.choices)), len(axis.choices) - 1) for end in (low, high - 1e-9))
+                first, last = (
+                    min(int(end * len(axis.choices)), len(axis.choices) - 1) for end in (low + 1e-9, high - 1e-9)
+                )
                 named = axis.choices[first : last + 1]
                 if len(named) < len(axis.choices):
                     parts.append(f"{name} {' or '.join(map(str, named))}")
@@ -141,8 +143,12 @@ def _box(
 
 
 def _edge(values: NDArray[np.float64], side: int, quantile: float) -> float:
-    """Return where a side moves to: a quantile, or past the first choice if that is not less than all of a choice."""
-    edge, end = float(np.quantile(values, quantile)), float(values.max() if side else values.min())
+    """Return where a side moves to: a quantile, or past the first choice if that is not less than all of a choice.
+
+    It is always one of the values, so that a side never lies between two choices.
+    """
+    edge = float(np.quantile(values, quantile, method="lower" if side else "higher"))
+    end = float(values.max() if side else values.min())
     if edge != end:
         return edge
     inner = values[values != end]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from lsds_research.certify.zones import zones
 from lsds_research.search.space import Axis
 
@@ -39,6 +40,21 @@ def test_a_zone_contains_whole_choices():
     assert tuple(first.bounds[1]) == (0.25, 1.0)
     assert "shape sphere or edge or cylinder" in first.text(SPACE)
     assert first.rate > 0.95
+
+
+@pytest.mark.parametrize("count", [2, 4, 10, 22])
+def test_the_runs_of_a_zone_are_those_of_the_choices_that_it_names(count):
+    space = (Axis("cell.simulated.object", choices=tuple(f"o{k}" for k in range(count))), SPACE[0])
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        runs = int(rng.integers(60, 240))
+        points, weights = rng.random((runs, 2)), np.full(runs, 1 / runs)
+        # Some choices are seldom drawn, so that a tenth of the runs ends near them.
+        points[:, 0] **= rng.uniform(0.5, 2)
+        failed = rng.random(runs) < 0.05 + 0.9 * (points[:, 0] > rng.random()) * (points[:, 1] > 0.3)
+        for zone in zones(points, failed, weights, [count, 0], most=1):
+            inside = ((points >= zone.bounds[:, 0]) & (points <= zone.bounds[:, 1])).all(axis=1)
+            assert (int(inside.sum()), int(failed[inside].sum())) == (zone.runs, zone.failed)
 
 
 def test_two_boxes_are_two_zones():

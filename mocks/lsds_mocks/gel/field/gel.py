@@ -397,6 +397,7 @@ class FieldGel:
         self._indentation = self._pressed = state.indentation_m
         self._reach = state.reach_m
         self._looked_at, self._looked_from = None, None
+        self.effort.unsolved = 0
         self._since = self._last = Increment()
         self._tried = (0.0, 0.0, 0.0)
         self._first, self._fresh, self._astray = True, True, False
