@@ -55,6 +55,9 @@ def test_the_runs_of_a_zone_are_those_of_the_choices_that_it_names(count):
         for zone in zones(points, failed, weights, [count, 0], most=1):
             inside = ((points >= zone.bounds[:, 0]) & (points <= zone.bounds[:, 1])).all(axis=1)
             assert (int(inside.sum()), int(failed[inside].sum())) == (zone.runs, zone.failed)
+            first, last = np.round(zone.bounds[0] * count).astype(int)
+            named = " or ".join(f"o{k}" for k in range(first, last))
+            assert (f"object {named}" in zone.text(space).split(", ")) == (last - first < count)
 
 
 def test_two_boxes_are_two_zones():

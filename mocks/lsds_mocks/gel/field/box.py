@@ -55,7 +55,8 @@ class Box:
         """Multiplications of one `respond` and one `precondition`."""
         high, wide = self._full.shape[1:]
         through = 2.0 * 3 * high * (self.rows * self.columns + self.columns * wide)
-        return (1 if self._is_whole else 2) * through + (float((self._walls.sizes**2).sum()) if self._walls is not None else 0.0)
+        by_walls = float((self._walls.sizes**2).sum()) if self._walls is not None else 0.0
+        return (1 if self._is_whole else 2) * through + by_walls
 
     def respond(self, traction: NDArray[np.float32], out: NDArray[np.float32], first: int = 0) -> None:
         """Write the displacement (m) of all cells under a traction (Pa); only its components from `first` on."""
