@@ -33,7 +33,8 @@ def own_coordinates(
 class Footprint:
     """Cell means of gap (n,) and slope of the gap along x and y (2, n), for one shape on one grid.
 
-    The surface is sampled on a lattice over all the cells, so that neighbours share the samples on their edges.
+    The surface is sampled on a lattice over all the cells, so that neighbours share the samples on their edges, unless
+    most of it would lie beside them.
     """
 
     def __init__(self, shape: Shape, grid: CellGrid) -> None:
@@ -47,15 +48,23 @@ class Footprint:
         """Return gap and slope over numbered cells. The slope's mean is exact: the gap's rise from edge to edge."""
         if not len(cells):
             return np.zeros(0), np.zeros((2, 0))
-        row, column = cells // self._grid.columns, cells % self._grid.columns
-        top, left = row.min(), column.min()
-        x_m, y_m = (
-            lattice_m[first * self._steps : (last + 1) * self._steps + 1]
-            for lattice_m, first, last in ((self._x_m, left, column.max()), (self._y_m, top, row.max()))
-        )
-        gap = np.broadcast_to(self.shape.gap(*own_coordinates(place, x_m[None, :], y_m[:, None])), (len(y_m), len(x_m)))
+        steps, grid = self._steps, self._grid
+        at = cells.astype(np.int64)
+        top, left = steps * (at // grid.columns), steps * (at % grid.columns)
+        rows, columns = top.max() - top.min() + steps + 1, left.max() - left.min() + steps + 1
+        if rows * columns <= len(cells) * (steps + 1) ** 2:
+            x_m = self._x_m[None, left.min() : left.max() + steps + 1]
+            y_m = self._y_m[top.min() : top.max() + steps + 1, None]
+            top, left = top - top.min(), left - left.min()
+        else:
+            # Cells in a slanted line: most of the lattice over them would lie beside them. Each has its own samples.
+            along = np.arange(steps + 1)
+            x_m = np.repeat(self._x_m[left[:, None] + along], steps + 1, axis=0)
+            y_m = self._y_m[top[:, None] + along].reshape(-1, 1)
+            top, left = np.arange(len(cells)) * (steps + 1), np.zeros(len(cells), np.int64)
+        gap = np.broadcast_to(self.shape.gap(*own_coordinates(place, x_m, y_m)), (y_m.shape[0], x_m.shape[1]))
         mean, slope = np.empty(len(cells)), np.empty((2, len(cells)))
-        _average(gap, row - top, column - left, self._steps, self._grid.dx_m, self._grid.dy_m, mean, slope)
+        _average(gap, top, left, steps, grid.dx_m, grid.dy_m, mean, slope)
         return mean, slope
 
     def near(self, place: Placement, reach_m: float) -> NDArray[np.bool_]:
@@ -73,17 +82,20 @@ def _lattice(cells: int, steps: int, size_m: float) -> NDArray[np.float64]:
 @njit(cache=True)  # type: ignore[untyped-decorator]
 def _average(
     samples: NDArray[np.float64],
-    row: NDArray[np.int32],
-    column: NDArray[np.int32],
+    tops: NDArray[np.int64],
+    lefts: NDArray[np.int64],
     steps: int,
     dx: float,
     dy: float,
     mean: NDArray[np.float64],
     slope: NDArray[np.float64],
 ) -> None:
-    """Write the mean (n,) and the mean slopes (2, n) of samples over cells, by the trapezoidal rule along each axis."""
+    """Write the mean (n,) and the mean slopes (2, n) of samples over cells, by the trapezoidal rule along each axis.
+
+    The samples of cell i begin in row `tops[i]` and column `lefts[i]`.
+    """
     for i in range(mean.size):
-        top, left = row[i] * steps, column[i] * steps
+        top, left = tops[i], lefts[i]
         total = above = below = 0.0
         first = last = 0.0
         for k in range(steps + 1):
