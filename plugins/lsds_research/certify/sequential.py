@@ -104,15 +104,17 @@ def sequential(
     for begins, ends in pairwise((0.0, *STAGES)):
         whole = round(len(points) / begins) if begins else 0
         size = max(LEAST_POOL, POOL_PER_RUN * whole)
-        stage, pool, stratum_of = _begun(dimensions, points, margins, rng, seed, describe, size)
+        stage, pool, stratum, stratum_of = _begun(dimensions, points, margins, rng, seed, describe, size)
         # A point that is drawn again shows nothing new, so each is drawn once, in a random order.
-        left = _sorted_into(stage, rng.permutation(pool), stratum_of)
+        order = rng.permutation(size)
+        left = _sorted_into(stage, pool[order], stratum[order])
         while not stage.margins or used(len(points)) < ends:
             own = _allotted(stage, rng)
             chosen = []
             for k in own:
                 while not left[k]:
-                    left = _sorted_into(stage, rng.random(pool.shape), stratum_of)
+                    pool = rng.random(pool.shape)
+                    left = _sorted_into(stage, pool, stratum_of(pool))
                 chosen.append(left[k].pop())
             answered = yield chosen
             stage.strata += own[: len(answered)]
@@ -125,9 +127,8 @@ def sequential(
     return _estimate(stages, points, margins, seed, describe)
 
 
-def _sorted_into(stage: _Stage, pool: Floats, stratum_of: StratumOf) -> list[Points]:
+def _sorted_into(stage: _Stage, pool: Floats, stratum: NDArray[np.intp]) -> list[Points]:
     """Return the points of each stratum."""
-    stratum = stratum_of(pool)
     return [list(pool[stratum == k]) for k in range(len(stage.sizes))]
 
 
@@ -155,12 +156,12 @@ def _begun(
     seed: int,
     describe: Describe,
     size: int,
-) -> tuple[_Stage, Floats, StratumOf]:
-    """Return a new stage, its pool of points, and the stratum of a point; one stratum where nothing is known."""
+) -> tuple[_Stage, Floats, NDArray[np.intp], StratumOf]:
+    """Return a new stage, its pool of points, the stratum of each, and that of others; one where nothing is known."""
     pool = rng.random((size, dimensions))
     failed = np.array(margins) < 0
     if not failed.any() or failed.all():
-        return _Stage(np.ones(1), np.full(1, 0.5)), pool, lambda some: np.zeros(len(some), int)
+        return _Stage(np.ones(1), np.full(1, 0.5)), pool, np.zeros(size, int), lambda some: np.zeros(len(some), int)
     forest = _forest(describe(points), failed, seed)
 
     def risk_of(some: Floats) -> Floats:
@@ -181,7 +182,7 @@ def _begun(
     predicted = np.bincount(stratum, weights=risk, minlength=STRATA) / np.maximum(counts, 1)
     # A forest on few runs is too sure of itself.
     rates = (1 - DOUBT) * predicted + DOUBT * failed.mean()
-    return _Stage(counts / size, rates, pool=size), pool, stratum_of
+    return _Stage(counts / size, rates, pool=size), pool, stratum, stratum_of
 
 
 def _forest(rows: Floats, failed: NDArray[np.bool_], seed: int) -> Any:
