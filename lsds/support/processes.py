@@ -6,6 +6,7 @@ that happens to lie there would replace Python's own.
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from collections import deque
@@ -13,6 +14,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from itertools import count
 from multiprocessing import parent_process
 from multiprocessing.context import SpawnContext, SpawnProcess
 from threading import RLock
@@ -81,7 +83,7 @@ class Workers:
         if no process can be started.
         """
         if self._jobs <= 1 or not items:
-            yield from ((item, work(item)) for item in items)
+            yield from ((item, _tidily(work, item)) for item in items)
             return
         waiting, suspects = deque(items), list[Item]()
         while waiting:
@@ -106,7 +108,7 @@ class Workers:
         def hand_over() -> None:
             # Submit no more items than there are processes, because a submitted item cannot be withdrawn.
             while waiting and len(pending) < self._jobs:
-                pending[pool.submit(work, waiting[0])] = waiting[0]
+                pending[pool.submit(_tidily, work, waiting[0])] = waiting[0]
                 waiting.popleft()
 
         try:
@@ -139,6 +141,22 @@ class Workers:
         pool, self._pool = self._pool, None
         if pool is not None:
             pool.shutdown(wait=True, cancel_futures=True)
+
+
+COLLECT_EVERY = 25
+"""Number of items after which a process collects garbage; chosen: it takes 0.1 s, as much as 4 ms an item."""
+_collected = count(1)
+
+
+def _tidily(work: Callable[[Item], Result], item: Item) -> Result:
+    """Return the result of `work`; collect garbage from time to time.
+
+    Runs suspend full collections. What is left of one that ended with an error refers to itself: a megabyte.
+    """
+    result = work(item)
+    if next(_collected) % COLLECT_EVERY == 0:
+        gc.collect()
+    return result
 
 
 def _pool(jobs: int) -> ProcessPoolExecutor:

@@ -12,7 +12,7 @@ from concurrent.futures.process import BrokenProcessPool
 import pytest
 
 from lsds.support import processes
-from lsds.support.processes import Workers, spread
+from lsds.support.processes import COLLECT_EVERY, Workers, spread
 
 
 def square(number):
@@ -84,6 +84,30 @@ def test_workers_are_kept_from_part_to_part_and_end_with_the_statement():
             os.kill(pid, 0)
 
 
+class Tied:
+    """Something that only a collection frees."""
+
+    alive = 0
+
+    def __init__(self):
+        self.itself = self
+        Tied.alive += 1
+
+    def __del__(self):
+        Tied.alive -= 1
+
+
+def left_over(number):
+    Tied()
+    return Tied.alive
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_what_refers_to_itself_does_not_pile_up(jobs):
+    most = max(alive for _, alive in spread(left_over, range(4 * COLLECT_EVERY), jobs))
+    assert most <= COLLECT_EVERY
+
+
 def test_an_error_ends_the_workers_and_the_next_part_starts_new_ones():
     with Workers(2) as workers:
         with pytest.raises(ValueError, match="two is wrong"):
@@ -113,7 +137,7 @@ def test_nothing_is_lost_where_a_crash_falls_between_a_result_and_what_follows_i
 
 SLEEPER = """
 import os, sys, time
-from lsds.support.processes import Workers, spread
+from lsds.support.processes import COLLECT_EVERY, Workers, spread
 def sleep(number):
     print(os.getpid(), flush=True)
     time.sleep(0.5 if number else 0.0)
