@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from lsds.contracts import Arm, Gripper, GripperState
 
 
+LEAST_OPENING_M = 3e-4
+"""Opening by which one correction may open a gripper with finer ticks, m; chosen: that of the controller `belief`."""
+
+
 class Actuation:
     """Sends commands to gripper and arm.
 
@@ -96,7 +100,14 @@ class Actuation:
         return self._gripper is None or (not self._pending and self._arrival.arrived(state, now_ns))
 
     def correct(self, aperture_m: float, *, may_open: bool) -> float | None:
-        """Send a correction of the grip; return the aperture sent, None if it came too late."""
+        """Send a correction of the grip; return the aperture sent, None if it came too late.
+
+        It opens by a tick of the gripper at most: what an opening does has to be seen before the next.
+        """
+        if may_open and self._gripper is not None and math.isfinite(self.held_m):
+            # NaN passes, and the guard refuses it.
+            widest_m = self.held_m + max(self._gripper.spec.resolution_m, LEAST_OPENING_M)
+            aperture_m = widest_m if aperture_m > widest_m else aperture_m
         sent = self._send(Grip(aperture_m, *self._correction), allow_opening=may_open, corrects=True)
         if sent is not None:
             self._arrival.superseded()

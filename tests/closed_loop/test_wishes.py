@@ -9,8 +9,8 @@ import pytest
 import lsds
 from lsds.clock import VirtualClock, WallClock
 from lsds.contracts import GripperState
-from lsds.errors import CommandExpired, PluginError, SafetyStop
-from lsds.runtime.actuation import Actuation
+from lsds.errors import CommandExpired, LimitExceeded, PluginError, SafetyStop
+from lsds.runtime.actuation import LEAST_OPENING_M, Actuation
 
 pytestmark = pytest.mark.usefixtures("installed_host")
 WINKLER = "cell.simulated.fidelity=winkler"
@@ -50,6 +50,19 @@ def test_a_correction_that_overtakes_the_echo_is_never_undone():
     for t_ms in range(0, 2000, 8):
         act.grip(wish, state(t_ms, 0.0226), t_ms * MS)
     assert gripper.sent == pytest.approx([0.0236, 0.0226])
+
+
+def test_a_correction_opens_by_a_step_at_most():
+    """A controller's commands of earlier frames, as one that is late gives, would let an object fall."""
+    act, gripper = acting()
+    act.grip(lsds.Grip(0.0222, 0.05, 60.0), state(0, 0.05), 0)
+    assert act.correct(0.0238, may_open=False) == pytest.approx(0.0222)
+    assert act.correct(0.0238, may_open=True) == pytest.approx(0.0222 + LEAST_OPENING_M)
+    assert act.correct(0.05, may_open=True) == pytest.approx(0.0222 + 2 * LEAST_OPENING_M)
+    assert act.correct(0.02, may_open=True) == pytest.approx(0.02), "closing is not limited"
+    with pytest.raises(LimitExceeded):
+        act.correct(math.nan, may_open=True)
+    assert gripper.sent[-1] == pytest.approx(0.02)
 
 
 def test_a_grip_that_was_never_sent_is_never_arrived_at_and_ends_as_a_fault():
