@@ -107,7 +107,7 @@ class Actuation:
         if may_open and self._gripper is not None and math.isfinite(self.held_m):
             # NaN passes, and the guard refuses it.
             widest_m = self.held_m + max(self._gripper.spec.resolution_m, LEAST_OPENING_M)
-            aperture_m = widest_m if aperture_m > widest_m else aperture_m
+            aperture_m = min(aperture_m, widest_m)
         sent = self._send(Grip(aperture_m, *self._correction), allow_opening=may_open, corrects=True)
         if sent is not None:
             self._arrival.superseded()
