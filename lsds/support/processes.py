@@ -151,7 +151,7 @@ _collected = count(1)
 def _tidily(work: Callable[[Item], Result], item: Item) -> Result:
     """Return the result of `work`; collect garbage from time to time.
 
-    Runs suspend full collections. What is left of one that ended with an error refers to itself: a megabyte.
+    Runs suspend full collections. A run that ended with an error leaves a megabyte that refers to itself.
     """
     result = work(item)
     if next(_collected) % COLLECT_EVERY == 0:

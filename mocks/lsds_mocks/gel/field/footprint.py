@@ -34,7 +34,7 @@ class Footprint:
     """Cell means of gap (n,) and slope of the gap along x and y (2, n), for one shape on one grid.
 
     The surface is sampled on a lattice over all the cells, so that neighbours share the samples on their edges, unless
-    most of it would lie beside them.
+    most of it would lie outside them.
     """
 
     def __init__(self, shape: Shape, grid: CellGrid) -> None:
@@ -57,7 +57,7 @@ class Footprint:
             y_m = self._y_m[top.min() : top.max() + steps + 1, None]
             top, left = top - top.min(), left - left.min()
         else:
-            # Cells in a slanted line: most of the lattice over them would lie beside them. Each has its own samples.
+            # Cells in a slanted line: most of the lattice would lie outside them. Each has its own samples.
             along = np.arange(steps + 1)
             x_m = np.repeat(self._x_m[left[:, None] + along], steps + 1, axis=0)
             y_m = self._y_m[top[:, None] + along].reshape(-1, 1)
