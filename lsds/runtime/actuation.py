@@ -61,8 +61,9 @@ class Actuation:
         self._arm = arm
         self._clock = clock
         self._lifetime_ns = nanoseconds(config.safety.command_lifetime_s)
-        self._arrival = ArrivalWatch(gripper.spec.resolution_m if gripper is not None else 0.0)
-        self._fingers = FingersWatch(gripper.spec.resolution_m if gripper is not None else 0.0)
+        tick_m = gripper.spec.resolution_m if gripper is not None else 0.0
+        self._arrival, self._fingers = ArrivalWatch(tick_m), FingersWatch(tick_m)
+        self._opening_m = max(tick_m, LEAST_OPENING_M)
         self._wanted: Grip | None = None
         task = config.task
         self._correction = (task.grip_speed_m_s, task.grip_force_n)
@@ -76,7 +77,7 @@ class Actuation:
             return False
         if wanted == self._wanted and not self._arrival.lost(state, now_ns):
             return False
-        sent = self._send(wanted, allow_opening=True)
+        sent = self._send(wanted, opens_by_m=math.inf)
         # Until it is really sent, the fingers rest at an earlier grip, which is no arrival.
         self._pending = sent is None
         if sent is not None:
@@ -93,7 +94,7 @@ class Actuation:
             return
         self._fingers.check(state, now_ns)
         if self._fingers.lost(state, now_ns):
-            self._send(Grip(self.held_m, *self._correction), allow_opening=False, corrects=True)
+            self._send(Grip(self.held_m, *self._correction), opens_by_m=0.0, corrects=True)
 
     def arrived(self, state: GripperState | None, now_ns: int) -> bool:
         """Return whether the fingers rest at the last wanted grip; true without a gripper."""
@@ -104,11 +105,8 @@ class Actuation:
 
         It opens by a tick of the gripper at most: what an opening does has to be seen before the next.
         """
-        if may_open and self._gripper is not None and math.isfinite(self.held_m):
-            # NaN passes, and the guard refuses it.
-            widest_m = self.held_m + max(self._gripper.spec.resolution_m, LEAST_OPENING_M)
-            aperture_m = min(aperture_m, widest_m)
-        sent = self._send(Grip(aperture_m, *self._correction), allow_opening=may_open, corrects=True)
+        opens_by_m = self._opening_m if may_open else 0.0
+        sent = self._send(Grip(aperture_m, *self._correction), opens_by_m=opens_by_m, corrects=True)
         if sent is not None:
             self._arrival.superseded()
         return sent
@@ -122,7 +120,7 @@ class Actuation:
             self.moving = self._calls.expect(ArmCommand, self._commands[1], self._arm.command, wanted).twist
             self.moved_ns = self._clock.now()
 
-    def _send(self, grip: Grip, *, allow_opening: bool, corrects: bool = False) -> float | None:
+    def _send(self, grip: Grip, *, opens_by_m: float, corrects: bool = False) -> float | None:
         gripper = self._gripper
         if gripper is None:
             return None
@@ -133,7 +131,7 @@ class Actuation:
         expires = self._clock.now() + self._lifetime_ns
         command = GripperCommand(aperture_m, grip.speed_m_s, grip.force_n, expires)
         held = self.held_m if math.isfinite(self.held_m) else stroke
-        command = self.guard.gripper(command, held, allow_opening=allow_opening)
+        command = self.guard.gripper(command, held, opens_by_m=opens_by_m)
         try:
             sent = self._calls.expect(GripperCommand, self._commands[0], gripper.command, command)
         except CommandExpired as error:

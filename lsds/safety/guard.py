@@ -66,13 +66,13 @@ class Guard:
         self._options = options
         self.counts = GuardCounts()
 
-    def gripper(self, command: GripperCommand, held_aperture_m: float, *, allow_opening: bool) -> GripperCommand:
+    def gripper(self, command: GripperCommand, held_aperture_m: float, *, opens_by_m: float) -> GripperCommand:
         """Return the command clamped to the limits.
 
-        `held_aperture_m` is the aperture last sent to the gripper. An automatic grip correction passes
-        `allow_opening=False` and can then only close: a sign error or a bad estimate must not release the object. A
-        release requested by the task, and the demonstration of the paper's literal sign, pass True. Raises
-        LimitExceeded if a number is NaN or infinite, or if speed or force is negative.
+        `held_aperture_m` is the aperture last sent to the gripper, `opens_by_m` how far the command may open beyond it.
+        An automatic grip correction passes 0 and can then only close, or a tick: a sign error or a bad estimate must
+        not release the object. A release requested by the task passes infinity. Raises LimitExceeded if a number is NaN
+        or infinite, or if speed or force is negative.
         """
         _require_finite("gripper", command.aperture_m, command.speed_m_s, command.force_n)
         if command.speed_m_s < 0 or command.force_n < 0:
@@ -86,10 +86,10 @@ class Guard:
         if limits.max_aperture_m is not None:
             aperture = min(aperture, limits.max_aperture_m)
         counts.aperture += aperture != command.aperture_m
-        if not allow_opening:
+        if opens_by_m < math.inf:
             _require_finite("gripper", held_aperture_m)
-            if aperture > held_aperture_m:
-                aperture = held_aperture_m
+            if aperture > held_aperture_m + opens_by_m:
+                aperture = held_aperture_m + opens_by_m
                 counts.kept_closed += 1
         return replace(command, aperture_m=aperture, speed_m_s=speed, force_n=force)
 

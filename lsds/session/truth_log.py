@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lsds.clock import NS_PER_S
 
@@ -22,10 +22,6 @@ class TruthLog:
         self._apart_ns = round(1.5 * NS_PER_S / rate_hz)
         self._recent: deque[CellTruth] = deque(maxlen=max(8, round(OLDEST_EXPOSURE_S * rate_hz)))
         self.samples: list[CellTruth] = []
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Leave the cell out, which cannot leave its process: what was sampled can."""
-        return self.__dict__ | {"_cell": None}
 
     def sample(self, now_ns: int) -> CellTruth | None:
         """Advance the cell to the present and store its truth."""

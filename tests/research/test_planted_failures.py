@@ -6,6 +6,7 @@ A mistake counts as found if a scenario fails with it in a way in which it does 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from typing import Any, NamedTuple
@@ -65,8 +66,8 @@ def with_a_wrong_sign() -> AbstractContextManager[Any]:
 def without_opening_rule() -> AbstractContextManager[Any]:
     sound = Guard.gripper
 
-    def gripper(self, command, held_m, *, allow_opening):
-        return sound(self, command, held_m, allow_opening=True)
+    def gripper(self, command, held_m, *, opens_by_m):
+        return sound(self, command, held_m, opens_by_m=math.inf)
 
     both = ExitStack()
     both.enter_context(with_a_wrong_sign())

@@ -26,7 +26,7 @@ def grip(aperture=0.02, speed=0.05, force=20.0):
 
 def test_values_within_the_limits_are_unchanged():
     guard = Guard(OPTIONS)
-    assert guard.gripper(grip(), 0.03, allow_opening=False) == grip()
+    assert guard.gripper(grip(), 0.03, opens_by_m=0.0) == grip()
     command = ArmCommand(Twist((0.0, 0.0, 0.03)), 0.5, 10)
     assert guard.arm(command) == command
     assert all(getattr(guard.counts, name) == 0 for name in guard.counts.__slots__)
@@ -34,28 +34,28 @@ def test_values_within_the_limits_are_unchanged():
 
 def test_every_limit_clamps_and_counts():
     guard = Guard(OPTIONS)
-    sent = guard.gripper(grip(0.0, 1.0, 200.0), 0.03, allow_opening=False)
+    sent = guard.gripper(grip(0.0, 1.0, 200.0), 0.03, opens_by_m=0.0)
     assert (sent.aperture_m, sent.speed_m_s, sent.force_n, sent.expires_ns) == (0.002, 0.1, 50.0, 10)
     assert (guard.counts.aperture, guard.counts.finger_speed, guard.counts.force) == (1, 1, 1)
-    assert guard.gripper(grip(0.05), 0.03, allow_opening=True).aperture_m == 0.04
+    assert guard.gripper(grip(0.05), 0.03, opens_by_m=math.inf).aperture_m == 0.04
 
 
 def test_a_correction_never_opens_unless_it_is_allowed_to():
     guard = Guard(OPTIONS)
-    assert guard.gripper(grip(0.03), 0.02, allow_opening=False).aperture_m == 0.02
+    assert guard.gripper(grip(0.03), 0.02, opens_by_m=0.0).aperture_m == 0.02
     assert guard.counts.kept_closed == 1
-    assert guard.gripper(grip(0.03), 0.02, allow_opening=True).aperture_m == 0.03
+    assert guard.gripper(grip(0.03), 0.02, opens_by_m=math.inf).aperture_m == 0.03
     assert guard.counts.kept_closed == 1
 
 
 @given(finite, positive, positive, st.floats(0, 0.1))
 def test_the_gripper_guard_is_idempotent_and_closes_only(aperture, speed, force, held):
     guard = Guard(OPTIONS)
-    once = guard.gripper(grip(aperture, speed, force), held, allow_opening=False)
+    once = guard.gripper(grip(aperture, speed, force), held, opens_by_m=0.0)
     assert once.aperture_m <= held
     assert once.force_n <= 50
     assert once.speed_m_s <= 0.1
-    assert guard.gripper(once, held, allow_opening=False) == once or held < OPTIONS.min_aperture_m
+    assert guard.gripper(once, held, opens_by_m=0.0) == once or held < OPTIONS.min_aperture_m
 
 
 @given(st.tuples(finite, finite, finite), st.tuples(finite, finite, finite), st.floats(1e-3, 1e6))
@@ -76,9 +76,9 @@ def test_nan_is_rejected(bad):
     guard = Guard(OPTIONS)
     for command in (grip(bad), grip(speed=bad), grip(force=bad)):
         with pytest.raises(LimitExceeded, match="not sent"):
-            guard.gripper(command, 0.02, allow_opening=True)
+            guard.gripper(command, 0.02, opens_by_m=math.inf)
     with pytest.raises(LimitExceeded):
-        guard.gripper(grip(), bad, allow_opening=False)
+        guard.gripper(grip(), bad, opens_by_m=0.0)
     for arm in (ArmCommand(Twist((0.0, bad, 0.0)), 1, 0), ArmCommand(Twist((0, 0, 0), (bad, 0, 0)), 1, 0)):
         with pytest.raises(LimitExceeded):
             guard.arm(arm)
@@ -87,7 +87,7 @@ def test_nan_is_rejected(bad):
 def test_nonsense_magnitudes_are_refused():
     guard = Guard(OPTIONS)
     with pytest.raises(LimitExceeded, match="negative"):
-        guard.gripper(grip(speed=-0.1), 0.02, allow_opening=False)
+        guard.gripper(grip(speed=-0.1), 0.02, opens_by_m=0.0)
     with pytest.raises(LimitExceeded, match="positive"):
         guard.arm(ArmCommand(Twist(), 0.0, 0))
 

@@ -40,10 +40,9 @@ class Extrapolation:
         """Take a solution at a motion `at` since the increment began, each of its components in metres."""
         newer, older = self._newer, self._older
         near = newer and older and math.dist(at, newer[0]) < APART * math.dist(newer[0], older[0])
+        spare = newer if near else older
         if not near:
-            self._older, spare = newer, older
-        else:
-            spare = newer
+            self._older = newer
         if spare is None:
             self._newer = at, traction.copy(), w.copy()
             return

@@ -33,7 +33,8 @@ _Stretch = tuple[int, int] | None
 
 @dataclass(frozen=True, eq=False)
 class Walls:
-    """The pad's correction over a rectangle, in classes of hats that do not couple.
+    """The pad's correction over a rectangle, in classes of hats that do not couple; or the whole response of a pad, in
+    which cells take the place of hats.
 
     `down` (rows, n) and `across` (columns, m) hold the mean over each cell of each hat, or of each sum or difference of
     mirror images. `order` (3 n m,) sorts their values (3, n, m) into consecutive classes of `sizes` (classes,).
