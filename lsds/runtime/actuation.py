@@ -11,7 +11,7 @@ from lsds.errors import CommandExpired, SafetyStop
 from lsds.safety.deadlines import Deadlines
 from lsds.safety.device_calls import Calls
 from lsds.safety.gripper_monitor import FingersWatch
-from lsds.safety.guard import Guard
+from lsds.safety.guard import Guard, correction_opens_m
 from lsds.safety.monitors import ArrivalWatch
 
 if TYPE_CHECKING:
@@ -20,10 +20,6 @@ if TYPE_CHECKING:
     from lsds.clock import Clock
     from lsds.config import RigConfig
     from lsds.contracts import Arm, Gripper, GripperState
-
-
-LEAST_OPENING_M = 3e-4
-"""Opening by which one correction may open a gripper with finer ticks, m; chosen: that of the controller `belief`."""
 
 
 class Actuation:
@@ -63,7 +59,7 @@ class Actuation:
         self._lifetime_ns = nanoseconds(config.safety.command_lifetime_s)
         tick_m = gripper.spec.resolution_m if gripper is not None else 0.0
         self._arrival, self._fingers = ArrivalWatch(tick_m), FingersWatch(tick_m)
-        self._opening_m = max(tick_m, LEAST_OPENING_M)
+        self._opening_m = correction_opens_m(tick_m)
         self._wanted: Grip | None = None
         task = config.task
         self._correction = (task.grip_speed_m_s, task.grip_force_n)
@@ -103,7 +99,7 @@ class Actuation:
     def correct(self, aperture_m: float, *, may_open: bool) -> float | None:
         """Send a correction of the grip; return the aperture sent, None if it came too late.
 
-        It opens by a tick of the gripper at most: what an opening does has to be seen before the next.
+        It opens by `correction_opens_m` at most: what an opening does has to be seen before the next.
         """
         opens_by_m = self._opening_m if may_open else 0.0
         sent = self._send(Grip(aperture_m, *self._correction), opens_by_m=opens_by_m, corrects=True)

@@ -14,6 +14,9 @@ from pydantic import BaseModel, ConfigDict, Field
 from lsds.contracts.values import ArmCommand, GripperCommand, Twist
 from lsds.errors import LimitExceeded
 
+LEAST_OPENING_M = 3e-4
+"""Maximum opening of one automatic correction, m, unless the gripper's tick is larger; chosen."""
+
 
 class SafetyOptions(BaseModel):
     """Options of the `[safety]` table: limits of the cell, in addition to those of each device."""
@@ -44,6 +47,11 @@ class SafetyOptions(BaseModel):
     def apertures_m(self) -> tuple[float, float]:
         """The least and the greatest aperture, m."""
         return self.min_aperture_m, math.inf if self.max_aperture_m is None else self.max_aperture_m
+
+
+def correction_opens_m(tick_m: float) -> float:
+    """Return how far one automatic correction may open a gripper with this tick, m."""
+    return max(tick_m, LEAST_OPENING_M)
 
 
 @dataclass(slots=True)

@@ -10,7 +10,7 @@ import lsds
 from lsds.clock import VirtualClock, WallClock
 from lsds.contracts import GripperState
 from lsds.errors import CommandExpired, LimitExceeded, PluginError, SafetyStop
-from lsds.runtime.actuation import LEAST_OPENING_M, Actuation
+from lsds.runtime.actuation import Actuation
 
 pytestmark = pytest.mark.usefixtures("installed_host")
 WINKLER = "cell.simulated.fidelity=winkler"
@@ -57,8 +57,8 @@ def test_a_correction_opens_by_a_step_at_most():
     act, gripper = acting()
     act.grip(lsds.Grip(0.0222, 0.05, 60.0), state(0, 0.05), 0)
     assert act.correct(0.0238, may_open=False) == pytest.approx(0.0222)
-    assert act.correct(0.0238, may_open=True) == pytest.approx(0.0222 + LEAST_OPENING_M)
-    assert act.correct(0.05, may_open=True) == pytest.approx(0.0222 + 2 * LEAST_OPENING_M)
+    assert act.correct(0.0238, may_open=True) == pytest.approx(0.0225)
+    assert act.correct(0.05, may_open=True) == pytest.approx(0.0228)
     assert act.correct(0.02, may_open=True) == pytest.approx(0.02), "closing is not limited"
     with pytest.raises(LimitExceeded):
         act.correct(math.nan, may_open=True)

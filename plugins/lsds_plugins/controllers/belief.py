@@ -19,6 +19,7 @@ from lsds.grip.belief import STEADY_1_S
 from lsds.grip.fragile import Bearing
 from lsds.grip.observer import GRAVITY_M_S2
 from lsds.grip.wanted_slip import WantedSlip
+from lsds.safety.guard import correction_opens_m
 from lsds.tactile.carried_load import LEAST_EVIDENCE_N
 
 SURELY = 0.75
@@ -29,8 +30,6 @@ RELEASED = 0.5
 """Share of the load that slipped below which the object may stand on a support, so the fingers do not open; chosen."""
 LEAST_TICK_M = 1e-4
 """Resolution that is assumed of a gripper that declares a finer one, m; chosen."""
-LEAST_STEP_M = 3e-4
-"""Maximum opening that is added up before the gripper carries it out, m, unless its tick is larger; chosen."""
 ARRIVES = 2.5
 """Multiple of the fingers' answer time after which a closing that has not arrived no longer delays the next; chosen."""
 LOST_M = 4e-4
@@ -221,9 +220,10 @@ class BeliefController:
         self._quiet = quiet
         if quiet.s < options.quiet_s:
             return None
-        # The gripper rounds to its ticks, so openings are added up until they reach the next one.
+        # The gripper rounds to its ticks, so openings are added up until they reach the next one. The guard would
+        # clamp what is beyond its limit, so they are not added up farther.
         base_m = grip.commanded_m if quiet.opened_to_m is None else quiet.opened_to_m
-        farthest_m = grip.commanded_m + max(tick_m, LEAST_STEP_M)
+        farthest_m = grip.commanded_m + correction_opens_m(tick_m)
         opened_to_m = min(base_m + options.release_m_s * dt_s, grip.touch_m - least_m, farthest_m)
         self._quiet = quiet._replace(opened_to_m=opened_to_m)
         return opened_to_m if opened_to_m - grip.commanded_m > tick_m / 2 else None
