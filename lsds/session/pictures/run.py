@@ -74,8 +74,8 @@ def plot_run(
     if truths:
         true = [100 * math.hypot(*truth.slip_velocity_m_s) for truth in truths]
         speed.plot(truth_t, true, color="k", lw=1.2, label="true")
-    alarms = t[[bool(s.slip) for s in samples]]
-    speed.plot(alarms, np.full(len(alarms), -0.25), "|", color="tab:red", ms=9, label="alarms of the detector")
+    called = t[[bool(s.called_slip) for s in samples]]
+    speed.plot(called, np.full(len(called), -0.25), "|", color="tab:red", ms=9, label="called slip")
     speed.set_ylim(-0.5, _top([100 * v for s in samples if s.acting for v in (s.speed_m_s, s.true_speed_m_s)]))
     speed.set_ylabel("slip speed (cm/s)")
     speed.legend(loc="best", fontsize=8)

@@ -18,7 +18,7 @@ class CertifyOptions(BaseModel):
     result is a probability with a 95 % interval, slip, grip and reaction time, dangerous zones, and failures as files
     that lsds run repeats. All of it is simulated.
 
-    Takes: the time of --budget, or some 5 s of one core per lift with --runs.
+    Takes: the time of --budget, or 1 to 3 s of one core per lift with --runs.
 
     \b
     Examples:

@@ -16,7 +16,7 @@ class SearchOptions(BaseModel):
     grip, an opening, a hang or an unexpected error. Each failure is shrunk to few keys and saved as a file that
     lsds run replays. Figures are simulated.
 
-    Takes: some 5 s of one core per lift (--runs).
+    Takes: 1 to 3 s of one core per lift (--runs).
 
     \b
     Examples:

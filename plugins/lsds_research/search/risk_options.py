@@ -17,7 +17,7 @@ class RiskOptions(BaseModel):
     repeats this until a tenth fails. A probability of one in a million then takes some thousand runs. With --plain,
     scenarios are drawn and failures counted. Figures are simulated.
 
-    Takes: some 5 s of one core per lift.
+    Takes: 1 to 3 s of one core per lift.
 
     \b
     Examples:

@@ -40,7 +40,7 @@ class AllMapsOptions(PointOptions):
     `lsds study stability-NAME` runs one map. Figures are simulated; docs/stability.md lists the
     maps.
 
-    Takes: 20 minutes with --quick on two cores, half a day without; --out lets it continue.
+    Takes: 3 to 10 minutes with --quick on two cores, hours without; --out lets it continue.
     """
 
     maps: list[str] = Field(

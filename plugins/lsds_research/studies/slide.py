@@ -45,7 +45,7 @@ class SlideOptions(BaseModel):
 
     Objects that slide stand on a table, and objects that turn are clamped. Figures are simulated.
 
-    Takes: some 5 s of one core per lift.
+    Takes: 1 to 3 s of one core per lift.
 
     \b
     Examples:

@@ -18,7 +18,7 @@ class FaultsOptions(BaseModel):
     Every combination of fault, severity, moment and seed is a run. A fault is stopped (an expected error), harmless
     (the same outcome), or missed. Figures are simulated.
 
-    Takes: some 5 s of one core per lift; --quick makes 65 lifts.
+    Takes: 1 to 3 s of one core per lift; --quick makes 65 lifts.
 
     \b
     Examples:

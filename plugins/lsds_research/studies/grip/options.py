@@ -19,7 +19,7 @@ class GripOptions(BaseModel):
     Every combination of object, first squeeze, lifting speed, friction of the day, change of load and seed is one run:
     grasp by touch, lift, hold. Figures are simulated.
 
-    Takes: some 5 s of one core per lift, two or three lifts for each random object; --quick makes 63 lifts.
+    Takes: 1 to 3 s of one core per lift, two or three lifts for each random object; --quick makes 63 lifts.
 
     \b
     Examples:

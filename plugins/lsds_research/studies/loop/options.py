@@ -28,7 +28,7 @@ class LoopOptions(BaseModel):
     Each lifts every object. Slip and grip are simulated; the time is the mean over frames on this machine. The front is
     the Pareto front of time, slip and grip.
 
-    Takes: some 5 s of one core per lift.
+    Takes: 1 to 3 s of one core per lift.
 
     \b
     Examples:
