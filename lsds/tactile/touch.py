@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 import cv2
@@ -74,7 +74,7 @@ class TouchSense:
         self._noisy = True
         self._free: deque[Blocks] = deque()
         # The sum of these, in double precision: adding and taking off leaves errors of 1e-13.
-        self._sum = np.zeros((BLOCKS[1], BLOCKS[0], 3))
+        self._sum = np.zeros((3, BLOCKS[0] * BLOCKS[1]))
         self._changes: deque[float] = deque(maxlen=LEARNT)
         self._products: deque[float] = deque(maxlen=LEARNT)
         self._waiting: deque[tuple[Blocks, float, float, float]] = deque(maxlen=MOST_WAITING)
@@ -91,9 +91,7 @@ class TouchSense:
         `aperture_m` is the gripper's aperture at the frame's time, NaN if it is not known.
         """
         self._widest_m = max(self._widest_m, aperture_m)
-        # Block means rounded to integers would hide a faint relief.
-        image = frame.image.astype(np.float32)
-        blocks = np.asarray(cv2.resize(image, BLOCKS, interpolation=cv2.INTER_AREA), np.float32)
+        blocks = _block_means(frame.image)
         repeated = self._newest is not None and np.array_equal(blocks, self._newest)
         if len(self._changes) < LEAST_LEARNT_FRAMES:
             # Without noise, a frozen camera looks like one whose scene does not change.
@@ -112,14 +110,15 @@ class TouchSense:
         if len(self._changes) < LEAST_LEARNT_FRAMES:
             self._learn(blocks, change)
             return False
-        mean = float(np.mean(self._changes))
-        self.score = (change - mean) / max(float(np.std(self._changes)), SCATTER * mean, LEAST_CHANGE)
+        mean, std = _mean_and_std(self._changes)
+        self.score = (change - mean) / max(std, SCATTER * mean, LEAST_CHANGE)
         if not repeated:
             self._recent.append(blocks)
         product = gain**2 * self._mean_product(still)
         if len(self._products) >= LEAST_LEARNT_FRAMES and math.isfinite(product):
-            noise = max(float(np.std(self._products)), PRODUCT_SCATTER * mean**2, LEAST_CHANGE**2)
-            self.score = max(self.score, (product - float(np.mean(self._products))) / noise)
+            mean_product, std = _mean_and_std(self._products)
+            noise = max(std, PRODUCT_SCATTER * mean**2, LEAST_CHANGE**2)
+            self.score = max(self.score, (product - mean_product) / noise)
         if self.score > TOUCHED:
             self._waiting.clear()
             return True
@@ -160,14 +159,27 @@ class TouchSense:
             self._sum -= self._free.popleft()
 
 
+def _mean_and_std(values: Collection[float]) -> tuple[float, float]:
+    """Return mean and standard deviation of a few numbers, for which NumPy takes three times as long."""
+    mean = math.fsum(values) / len(values)
+    return mean, math.sqrt(math.fsum((value - mean) ** 2 for value in values) / len(values))
+
+
+def _block_means(image: NDArray[np.uint8]) -> Blocks:
+    """Return the means (3, blocks) of an image (h, w, 3). Sums along a colour's own row are several times faster."""
+    # Means rounded to integers would hide a faint relief.
+    means = cv2.resize(image.astype(np.float32), BLOCKS, interpolation=cv2.INTER_AREA)
+    return np.asarray(cv2.split(means), np.float32).reshape(3, -1)
+
+
 def _in_the_light_of(still: Blocks, blocks: Blocks) -> tuple[Blocks, float]:
-    """Return blocks (rows, columns, 3) with each colour's gain and offset matched to `still`, and their mean gain.
+    """Return blocks (3, blocks) with each colour's gain and offset matched to `still`, and their mean gain.
 
     A varying lamp or exposure changes the whole image alike; matching removes it.
     """
-    mean, own_mean = still.mean(axis=(0, 1)), blocks.mean(axis=(0, 1))
-    centred, own = still - mean, blocks - own_mean
-    gain = (own * centred).sum(axis=(0, 1)) / np.maximum((centred**2).sum(axis=(0, 1)), 1e-6)
+    mean = still.mean(axis=1, keepdims=True)
+    centred, own = still - mean, blocks - blocks.mean(axis=1, keepdims=True)
+    gain = (own * centred).sum(axis=1, keepdims=True) / np.maximum((centred**2).sum(axis=1, keepdims=True), 1e-6)
     gain = np.maximum(gain, 1e-3)
     return np.asarray(own / gain + mean, np.float32), float(gain.mean())
 
