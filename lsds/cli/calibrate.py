@@ -8,6 +8,7 @@ import click
 
 from lsds.cli.calibrate_grip import grip
 from lsds.cli.calibrate_slip import slip
+from lsds.cli.finite import FiniteRange
 from lsds.cli.output import json_option, require_writable, write_json
 from lsds.cli.text_table import table
 from lsds.errors import DataError
@@ -44,10 +45,10 @@ calibrate.add_command(slip)
 )
 @click.option("--rows", type=click.IntRange(3, 50), default=6, show_default=True, help="Number of rows of squares.")
 @click.option(
-    "--square-mm", type=click.FloatRange(1, 1000), default=30.0, show_default=True, help="Side length of a square."
+    "--square-mm", type=FiniteRange(1, 1000), default=30.0, show_default=True, help="Side length of a square."
 )
 @click.option(
-    "--marker-mm", type=click.FloatRange(0.5, 1000), default=22.0, show_default=True, help="Side length of a marker."
+    "--marker-mm", type=FiniteRange(0.5, 1000), default=22.0, show_default=True, help="Side length of a marker."
 )
 @click.option("--dictionary", default="4X4_50", show_default=True, help="OpenCV name of the marker dictionary.")
 @click.option("--legacy", is_flag=True, help="Board printed by OpenCV before 4.6, with an even number of rows.")
@@ -58,7 +59,7 @@ calibrate.add_command(slip)
     "--least-views", type=click.IntRange(3, 500), default=8, show_default=True, help="Minimum number of views required."
 )
 @click.option(
-    "--seconds", type=click.FloatRange(1, 3600), default=60.0, show_default=True, help="Time to watch a live camera."
+    "--seconds", type=FiniteRange(1, 3600), default=60.0, show_default=True, help="Time to watch a live camera."
 )
 @json_option
 def camera(

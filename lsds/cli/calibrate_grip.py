@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lsds.cli.finite import FiniteRange
 from lsds.cli.output import json_option, require_writable, write_json
 from lsds.cli.set_option import set_option
 from lsds.cli.text_table import table
@@ -24,7 +25,7 @@ STANDARD_GRAVITY = 9.80665
 @click.argument("config", required=False, type=click.Path(dir_okay=False, path_type=Path))
 @click.option(
     "--mass-g",
-    type=click.FloatRange(1, 20_000),
+    type=FiniteRange(1, 20_000),
     default=None,
     help="Mass of the object that is lifted; a simulated cell knows its own.",
 )

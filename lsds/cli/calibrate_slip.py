@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from lsds.cli.finite import FiniteRange
 from lsds.cli.output import json_option, require_writable, write_json
 from lsds.cli.progress import Progress
 from lsds.cli.set_option import set_option
@@ -34,7 +35,7 @@ def _recordings(flag: str, shows: str) -> Callable[[F], F]:
 
 def _per_100(flag: str, default: float, kind: str) -> Callable[[F], F]:
     text = f"False alarms allowed per 100 {kind} frames."
-    return click.option(flag, type=click.FloatRange(0, 50), default=default, show_default=True, help=text)
+    return click.option(flag, type=FiniteRange(0, 50), default=default, show_default=True, help=text)
 
 
 @click.command()
@@ -51,13 +52,13 @@ def _per_100(flag: str, default: float, kind: str) -> Callable[[F], F]:
 @_per_100("--resting", 0.1, "still")
 @click.option(
     "--seconds",
-    type=click.FloatRange(2, 600),
+    type=FiniteRange(2, 600),
     default=None,
     help="How long each part takes by hand; default: 20.",
 )
 @click.option(
     "--firm-mm",
-    type=click.FloatRange(0, 20),
+    type=FiniteRange(0, 20),
     default=None,
     help="How much closer than usual a simulated rig grips to shake; default: job.shake.closer_mm, or 2.5.",
 )

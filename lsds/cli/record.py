@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lsds.cli.finite import FiniteRange
 from lsds.cli.output import json_option, require_writable, write_json
 from lsds.cli.record_export import export
 from lsds.cli.set_option import set_option
@@ -41,9 +42,7 @@ record.add_command(export)
 @record.command()
 @click.argument("config", required=False, type=click.Path(dir_okay=False, path_type=Path))
 @set_option("Override one option; repeatable.")
-@click.option(
-    "--seconds", type=click.FloatRange(min=0.1), default=10.0, show_default=True, help="Length of the film, s."
-)
+@click.option("--seconds", type=FiniteRange(min=0.1), default=10.0, show_default=True, help="Length of the film, s.")
 @click.option("--out", type=RECORDING, required=True, help="New file for the film.")
 @click.option(
     "--images",

@@ -50,8 +50,14 @@ def parse_value(text: str) -> Any:
 
 
 def override_texts(keys: Mapping[str, Any]) -> list[str]:
-    """Return the overrides that set dotted keys to values. Raises TypeError for what TOML cannot hold."""
-    return [f"{key}={value_text(value)}" for key, value in keys.items()]
+    """Return the overrides that set dotted keys to values. Raises TypeError for what TOML cannot hold, with the key."""
+    texts = []
+    for key, value in keys.items():
+        try:
+            texts.append(f"{key}={value_text(value)}")
+        except TypeError as error:
+            raise TypeError(f"{key} = {value!r}: {error}") from error
+    return texts
 
 
 def apply_overrides(data: dict[str, Any], overrides: tuple[str, ...]) -> list[ConfigIssue]:

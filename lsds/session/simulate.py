@@ -19,8 +19,10 @@ from lsds.support.processes import DIED, spread
 Scenario: TypeAlias = RigConfig | str | Path | Mapping[str, Any] | Sequence[str]
 """A configuration, its file, config keys with values, or overrides as text ("task.lift_s=1"). A text that ends in
 `.toml` and has no `=` is a file; any other text is one override of the default."""
-_Item: TypeAlias = tuple[int, RigConfig | tuple[str | None, tuple[str, ...]]]
-"""Number and scenario: a configuration, or its file and overrides."""
+_Plain: TypeAlias = RigConfig | tuple[str | None, tuple[str, ...]] | DataError
+"""A scenario: a configuration, or its file and overrides, or why it cannot run."""
+_Item: TypeAlias = tuple[int, _Plain]
+"""Number and scenario."""
 VIRTUAL = "clock=virtual"
 """Refuses a config with a real device: many runs must not move one."""
 
@@ -60,26 +62,36 @@ def simulate(
     top of its main module: a process imports that, but runs nothing below `if __name__ == "__main__":`.
 
     `figures` computes something from a run's session in the process that ran it: a function of a module, with a result
-    that pickle can write. `truths` keeps the states of the cell, some 100 kB a second. A scenario that cannot run,
-    because its config is wrong or names a real device, has an `error`, as has one whose `figures` raise. Raises
+    that pickle can write and read. `truths` keeps the states of the cell, some 100 kB a second. A scenario that cannot
+    run, because its config is wrong or names a real device, has an `error`, as has one whose `figures` raise. Raises
     DataError if no process starts, or if `figures` cannot be sent to one.
     """
     if jobs < 1:
         raise DataError(f"jobs = {jobs}: must be at least 1")
+    if isinstance(scenarios, str | Path | Mapping | RigConfig):
+        raise DataError(f"{scenarios!r} is one scenario: give a list of scenarios")
     if jobs > 1 and figures is not None:
-        _require_sendable(figures)
+        problem = _unsendable(figures)
+        if problem:
+            raise DataError(f"figures = {figures!r} {problem}; give a function of a module, or jobs = 1")
     items = [(number, _plain(scenario)) for number, scenario in enumerate(scenarios)]
     return _results(items, jobs, partial(_run_one, figures=figures, truths=truths, sends=jobs > 1))
 
 
-def _require_sendable(figures: Callable[[Session], Any]) -> None:
+def _unsendable(value: Any) -> str:
+    """Return why another process cannot get a value, "" if it can."""
     from multiprocessing.reduction import ForkingPickler
 
     try:
-        ForkingPickler.dumps(figures)
+        sent = ForkingPickler.dumps(value)
     except Exception as error:
-        problem = f"figures = {figures!r} cannot be sent to other processes ({error})"
-        raise DataError(f"{problem}; give a function of a module, or jobs = 1") from error
+        return f"cannot be sent to other processes ({error})"
+    try:
+        # What this process has just written, as the other one will read it.
+        ForkingPickler.loads(sent)
+    except Exception as error:
+        return f"cannot be received by other processes ({type(error).__name__}: {error})"
+    return ""
 
 
 def _results(items: list[_Item], jobs: int, work: Callable[[_Item], SimulatedRun]) -> Iterator[SimulatedRun]:
@@ -87,8 +99,9 @@ def _results(items: list[_Item], jobs: int, work: Callable[[_Item], SimulatedRun
         yield result if result is not None else SimulatedRun(number, {}, None, error=DIED)
 
 
-def _plain(scenario: Scenario) -> RigConfig | tuple[str | None, tuple[str, ...]]:
-    """Return a scenario as a configuration, or as a file and overrides. Raises DataError for anything else."""
+def _plain(scenario: Scenario) -> _Plain:
+    """Return a scenario as a configuration, as a file and overrides, or as the error of a value. Raises DataError for
+    anything else."""
     if isinstance(scenario, RigConfig):
         return scenario
     if isinstance(scenario, Path) or (isinstance(scenario, str) and scenario.endswith(".toml") and "=" not in scenario):
@@ -96,7 +109,10 @@ def _plain(scenario: Scenario) -> RigConfig | tuple[str | None, tuple[str, ...]]
     if isinstance(scenario, str):
         return None, (scenario,)
     if isinstance(scenario, Mapping):
-        return None, tuple(override_texts(scenario))
+        try:
+            return None, tuple(override_texts(scenario))
+        except TypeError as error:
+            return DataError(str(error))
     if isinstance(scenario, Sequence) and all(isinstance(text, str) for text in scenario):
         return None, tuple(scenario)
     raise DataError(
@@ -113,6 +129,8 @@ def _run_one(
 ) -> SimulatedRun:
     number, scenario = item
     try:
+        if isinstance(scenario, DataError):
+            raise scenario
         if isinstance(scenario, RigConfig):
             config = scenario.model_copy(update={"clock": "virtual"})
         else:
@@ -126,11 +144,12 @@ def _run_one(
         result = replace(result, truths=tuple(session.truths))
     if figures is None:
         return result
+    named = getattr(figures, "__name__", "figures")
     try:
         found = figures(session)
-        if sends:
-            _require_sendable(found)
-        return replace(result, figures=found)
     except (Exception, SystemExit) as error:
-        named = getattr(figures, "__name__", "figures")
         return replace(result, error=f"{named} raised {type(error).__name__}: {error}")
+    problem = _unsendable(found) if sends else ""
+    if problem:
+        return replace(result, error=f"the result of {named}, of type {type(found).__name__}, {problem}")
+    return replace(result, figures=found)

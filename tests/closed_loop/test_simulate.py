@@ -66,6 +66,7 @@ def test_scenarios_are_configs_files_mappings_and_texts(tmp_path):
         (["task.lift=1"], "ConfigError: .*task.lift"),
         (REAL, "real: .*hand-e"),
         ("nowhere.toml", "nowhere.toml"),
+        ({"tactile.budget_ms": None}, "tactile.budget_ms = None: TOML cannot hold a NoneType"),
     ],
 )
 def test_a_scenario_that_cannot_run_has_an_error_and_the_others_run(scenario, error):
@@ -113,12 +114,35 @@ def test_what_is_no_scenario_is_named(wrong):
         lsds.simulate([], jobs=0)
 
 
+@pytest.mark.parametrize("one", ["task.lift_s=1", {"task.lift_s": 1.0}])
+def test_one_scenario_instead_of_a_list_is_named(one):
+    with pytest.raises(DataError, match="is one scenario: give a list"):
+        lsds.simulate(one)
+
+
+class Peak(Exception):
+    """Needs two arguments, and pickle has one when it reads it."""
+
+    def __init__(self, value, unit):
+        super().__init__(f"{value} {unit}")
+
+
+def unreadable(session):
+    return Peak(1.0, "N")
+
+
+def test_a_result_that_cannot_be_received_is_an_error_of_its_scenario():
+    (result,) = lsds.simulate([QUICK], jobs=2, figures=unreadable)
+    assert result.error.startswith("the result of unreadable, of type Peak, cannot be received by other processes")
+    assert result.verdict.outcome == "held"
+
+
 def unsendable(session):
     return lambda: session
 
 
 def test_a_result_that_cannot_be_sent_is_an_error_of_its_scenario():
     results = by_number(lsds.simulate([QUICK, ["task.lift=1"]], jobs=2, figures=unsendable))
-    assert "cannot be sent to other processes" in results[0].error
+    assert results[0].error.startswith("the result of unsendable, of type function, cannot be sent to other processes")
     assert results[0].verdict.outcome == "held"
     assert results[1].error.startswith("ConfigError")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -29,6 +29,10 @@ if TYPE_CHECKING:
     from lsds_mocks.cell.cell import SimulatedCell
     from lsds_mocks.fingertip.mujoco_options import MujocoCellOptions
     from lsds_mocks.gel.state import GelState
+
+
+CLAMPED_M = 1e-4
+"""Way by which a command may exceed an actuator's range, m: fingers that are open stand at the end of it; chosen."""
 
 
 class MujocoPlant(Physics):
@@ -60,6 +64,9 @@ class MujocoPlant(Physics):
         self._actuators = [_actuator(model, data, options, key) for key in ("lift", "squeeze")]
         if options.lift == options.squeeze:
             raise DataError(f"lift and squeeze are one actuator, {options.lift!r}; name two")
+        if options.left_pad == options.right_pad:
+            raise DataError(f"left_pad and right_pad are one frame, {options.left_pad!r}; name two")
+        self._ranges = [_range(model, options, key) for key in ("lift", "squeeze")]
         pads = [finger.pad_pose().position_m for finger in self._scene.fingertips]
         welded = model.body_weldid
         self._pad_bodies = {int(welded[finger.pad_body]) for finger in self._scene.fingertips}
@@ -89,13 +96,17 @@ class MujocoPlant(Physics):
         return self._deepest_m / (self._options.pad_thickness_mm * 1e-3)
 
     def step(self, dt_s: float) -> None:
-        """Advance the drives and the scene. Raises DataError if the object gets as deep in a gel as that is thick."""
+        """Advance the drives and the scene. Raises DataError if the object gets as deep in a gel as that is thick, and
+        for a command that an actuator of the scene clamps."""
         self._time_s += dt_s
         self.arm.step(dt_s)
         self.fingers.step(dt_s, self.normal_n)
+        lift_m, squeeze_m = self.arm.position_m - self._start_m, (self._opened_m - self.fingers.aperture_m) / 2
+        for reach, wanted_m in zip(self._ranges, (lift_m, squeeze_m), strict=True):
+            reach.require(wanted_m)
         lift, squeeze = self._actuators
-        lift.ctrl = self.arm.position_m - self._start_m + self._vibration.displacement_m(self._time_s)
-        squeeze.ctrl = (self._opened_m - self.fingers.aperture_m) / 2
+        lift.ctrl = lift_m + self._vibration.displacement_m(self._time_s)
+        squeeze.ctrl = squeeze_m
         self._scene.step(round(dt_s / self._step_s))
         truths = [finger.tip.truth() for finger in self._scene.fingertips]
         self.normal_n = sum(each.normal_force_n for each in truths) / FINGERS
@@ -150,7 +161,8 @@ def _model(options: MujocoCellOptions, tip: SimulatedFingertip) -> tuple[Any, An
         try:
             model = engine.MjModel.from_xml_path(str(Path(options.scene)))
         except (ValueError, OSError) as error:
-            raise DataError(f"scene = {options.scene}: MuJoCo cannot read it: {error}") from error
+            where = "" if Path(options.scene).is_absolute() else f" (from the current folder, {Path.cwd()})"
+            raise DataError(f"scene = {options.scene}{where}: MuJoCo cannot read it: {error}") from error
     else:
         step_s = longest_step_s(min(tip.stable_step_s(PAD_KG), options.step_ms * 1e-3))
         model = engine.MjModel.from_xml_string(pipe_mjcf(options, step_s=step_s, grip="aperture"))
@@ -158,9 +170,10 @@ def _model(options: MujocoCellOptions, tip: SimulatedFingertip) -> tuple[Any, An
         raise DataError(f"scene = {options.scene}: its time step is {model.opt.timestep:g} s; make it positive")
     parts = options.step_ms * 1e-3 / float(model.opt.timestep)
     if parts < 1 or abs(parts - round(parts)) > 1e-6:
+        remedy = "change one of them" if options.scene else "choose one"
         raise DataError(
             f"step_ms = {options.step_ms:g}: no multiple of the scene's time step of "
-            f"{1e3 * float(model.opt.timestep):g} ms; change one of them"
+            f"{1e3 * float(model.opt.timestep):g} ms; {remedy}"
         )
     data = engine.MjData(model)
     engine.mj_forward(model, data)
@@ -185,6 +198,30 @@ def _actuator(model: Any, data: Any, options: MujocoCellOptions, key: str) -> An
     if model.actuator_plugin[number] < 0 and model.actuator_biasprm[number][1] >= 0:
         raise DataError(f"{key} = {name!r}: the actuator sets a force, but a position (m) is commanded; use <position>")
     return data.actuator(name)
+
+
+class _Range(NamedTuple):
+    """Commands that an actuator of the scene carries out, m."""
+
+    name: str
+    least_m: float
+    most_m: float
+
+    def require(self, wanted_m: float) -> None:
+        """Raise DataError for a command that would be clamped: the object would be lost for another reason."""
+        if not self.least_m - CLAMPED_M <= wanted_m <= self.most_m + CLAMPED_M:
+            raise DataError(
+                f"{self.name}: commanded to {wanted_m:.4g} m, but its ctrlrange is {self.least_m:g} to "
+                f"{self.most_m:g} m; widen it in the scene"
+            )
+
+
+def _range(model: Any, options: MujocoCellOptions, key: str) -> _Range:
+    """Return the commands that the actuator of an option carries out."""
+    name = getattr(options, key)
+    number = model.actuator(name).id
+    ends = model.actuator_ctrlrange[number].tolist() if model.actuator_ctrllimited[number] else (-math.inf, math.inf)
+    return _Range(f"{key} = {name!r}", *ends)
 
 
 def build_mujoco_cell(options: MujocoCellOptions, context: BuildContext) -> SimulatedCell[MujocoPlant]:

@@ -25,6 +25,8 @@ Mode = Literal["feel", "see"]
 SURELY_TOO_LONG = 2.0
 """Multiple of the step that is stable above which a step is warned of; chosen: of a step of 1.4 times no error is
 known, and at 7 times a box that servos hold was pressed six times too strongly."""
+GREATEST_COMMAND = 1e10
+"""Greatest command of an actuator: MuJoCo replaces greater ones by zero (mjMAXVAL)."""
 EDGE_M = 1e-4
 """How far a contact may lie outside of the pad and still be on it, m: those of an edge are on the edge; chosen."""
 
@@ -189,8 +191,8 @@ class MujocoScene:
     def step(self, steps: int = 1) -> None:
         """Advance the scene by a number of MuJoCo's steps.
 
-        Raises DataError if MuJoCo's simulation diverges, if MuJoCo collides what a fingertip feels, if a callback of
-        MuJoCo writes over the wrenches, and for poses that a fingertip cannot have.
+        Raises DataError for a command that is no number, if MuJoCo's simulation diverges, if MuJoCo collides what a
+        fingertip feels, if a callback of MuJoCo writes over the wrenches, and for poses that a fingertip cannot have.
         """
         if steps < 0:
             raise DataError(f"MuJoCo scene: asked for {steps} steps; pass 0 or more")
@@ -198,6 +200,7 @@ class MujocoScene:
         for _ in range(steps):
             if data.time < self._time_s:
                 self.forget()
+            self._require_commands()
             before_s, step_s = float(data.time), float(model.opt.timestep)
             own = data.xfrc_applied.copy()
             data.xfrc_applied += self.applied
@@ -230,6 +233,17 @@ class MujocoScene:
                 mujoco.mj_kinematics(model, data)
                 mujoco.mj_comPos(model, data)
                 self._touch(self._every * step_s)
+
+    def _require_commands(self) -> None:
+        """Raise DataError for a command of which MuJoCo would make zero, which lets the object go."""
+        wrong = np.flatnonzero(~(np.abs(self.data.ctrl) <= GREATEST_COMMAND))
+        if wrong.size:
+            number = int(wrong[0])
+            name = self.model.actuator(number).name or f"number {number}"
+            raise DataError(
+                f"MuJoCo scene: the command of actuator {name!r} is {self.data.ctrl[number]:g}, of which MuJoCo would "
+                "make zero; give a finite number"
+            )
 
     def reset(self, keyframe: int | None = None) -> None:
         """Begin a new trial: reset MuJoCo's data, to a keyframe if one is given, and the fingertips."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Literal
 
+from lsds.errors import DataError
 from lsds.support.extras import require
 from lsds_mocks.cell.options import ContactOptions
 from lsds_mocks.fingertip.fingertip import SimulatedFingertip
@@ -23,6 +24,8 @@ PAD_DAMPING_N_S_M = 100.0
 """Damping of a finger that is driven by a force, N s/m; chosen."""
 DRIVE_N_M = 1e5
 """Stiffness of the servo of a finger that is driven to an aperture, N/m; chosen: 50 um at 5 N."""
+STIFFEST_N_M = DRIVE_N_M / 2
+"""Stiffness of finger and object together up to which a drive of that stiffness leaves the finger softer, N/m."""
 FLEXURE_DAMPING = 0.7
 """Damping ratio of a pad on its finger; chosen."""
 CLEARANCE_M = 1e-3
@@ -34,10 +37,16 @@ def pipe_mjcf(options: ContactOptions, *, step_s: float = STEPS_S[1], mode: Mode
 
     Actuators: `lift` sets the height of the pads (m) above their start. `squeeze` sets the force of each finger (N);
     with `grip` "aperture" it sets the way (m) by which each finger's drive closes from its start. The pad then hangs on
-    the drive by the stiffness of finger and object.
+    the drive by the stiffness of finger and object. Raises DataError if these are too stiff for the drive.
     """
     by_force = grip == "force"
     finger_n_m = 1e3 / (1 / options.finger_stiffness_n_mm + 1 / options.stiffness_n_mm)
+    if not by_force and finger_n_m > STIFFEST_N_M:
+        raise DataError(
+            f"finger_stiffness_n_mm = {options.finger_stiffness_n_mm:g} and stiffness_n_mm = "
+            f"{options.stiffness_n_mm:g}: in series {finger_n_m * 1e-3:.3g} N/mm, where this scene has "
+            f"{STIFFEST_N_M * 1e-3:g} at most; lower one"
+        )
     # The actuator acts on the mean of both fingers' ways, so it has the force and the stiffness of two.
     squeeze = (
         '<general name="squeeze" tendon="mean" gainprm="2"/>'
@@ -50,19 +59,20 @@ def pipe_mjcf(options: ContactOptions, *, step_s: float = STEPS_S[1], mode: Mode
     form = f'type="cylinder" size="{half} {length / 2}"' if round_ else f'type="box" size="{half} {width} {length / 2}"'
     middle = f'pos="0 0 {length / 2 - grip_m}"'
     surface = f'mass="{options.mass_kg}" friction="{options.static_friction}"'
-    apart = foot = ""
+    # Pads have the second bit and the table the first, so that low pads pass through the table, as in the other cell.
+    apart, foot = ' contype="3" conaffinity="1"', ""
     if round_:
         # MuJoCo 4.0.0 finds no contact of a plane and a cylinder that is tilted by 1e-18, so a box in it meets the
-        # table. The cylinder itself meets only the pads, whose conaffinity has its bit.
+        # table. The cylinder itself meets only the pads.
         apart, within = ' contype="2" conaffinity="0"', half / math.sqrt(2)
         foot = f"""
       <geom type="box" size="{within} {within} {length / 2}" {middle} mass="0" friction="{options.static_friction}"/>"""
-    start = half + CLEARANCE_M
+    start, meets = half + CLEARANCE_M, 'contype="2" conaffinity="2"'
     damping = PAD_DAMPING_N_S_M if by_force else 2 * math.sqrt(DRIVE_N_M * PAD_KG)
     fingers = ""
     for name, sign in (("left", 1), ("right", -1)):
         pad = f"""
-          <geom type="box" size="0.004 0.01248 0.01008" pos="{-sign * 0.004} 0 0" mass="{PAD_KG}" conaffinity="3"/>
+          <geom type="box" size="0.004 0.01248 0.01008" pos="{-sign * 0.004} 0 0" mass="{PAD_KG}" {meets}/>
           <site name="{name}_pad" xyaxes="0 {-sign} 0 0 0 -1"/>"""
         at = f'gravcomp="1" pos="{-sign * start} 0 {grip_m}"'
         drive = f'<joint name="{name}_slide" type="slide" axis="{sign} 0 0" damping="{damping}"/>'

@@ -28,7 +28,7 @@ from lsds_research.certify.zones import Zone, zones
 from lsds_research.search.files import save_scenario
 from lsds_research.search.objects import OBJECTS, completed
 from lsds_research.search.robustness import NOT_RUN, Limits, not_begun
-from lsds_research.search.scenarios import Scenarios, fixed_note, require_usable
+from lsds_research.search.scenarios import Scenarios, require_usable, undrawn_notes
 from lsds_research.search.space import held_fixed, read_space, values_of
 
 _COLUMNS = (
@@ -73,7 +73,7 @@ class CertifyStudy:
         limits = Limits(slip_m=None if slip_mm is None else slip_mm * 1e-3, peak=None)
         complete = dict if own.space else completed
         space, fixed = held_fixed(self._space, [*limits.overrides(), *settings])
-        require_usable(space, complete, limits, settings, own.space)
+        idle = require_usable(space, complete, limits, settings, own.space)
         if own.found:
             # Before the lifts, which may take hours.
             require_writable_folder(Path(own.found))
@@ -94,8 +94,8 @@ class CertifyStudy:
         rows = [row | {"margin": _margin(row)} for row in chain.from_iterable(answered)]
         warnings = not_begun(rows)
         points = np.array([row["point"] for row in rows])
-        # A key that is held fixed has no effect, and names no zone.
-        points[:, [axis.key in fixed for axis in space]] = 0.5
+        # A key without effect names no zone.
+        points[:, [axis.key in fixed or axis.key in idle for axis in space]] = 0.5
         dropped = np.array([row["margin"] < 0 for row in rows])
         found = zones(points, dropped, estimate.weights, [len(axis.choices or ()) for axis in space])
         took_s = _since_s(began_ns)
@@ -103,7 +103,7 @@ class CertifyStudy:
         figures = _figures(rows, estimate)
         notes = [
             *(f"replaced: {text}" for text in replaced),
-            *fixed_note(fixed),
+            *undrawn_notes(fixed, idle),
             "the figures hold for these ranges and a simulated copy of the rig, without a real gel, object or hand",
             *_notes(estimate, own.plain),
             *_undecided(rows, estimate),

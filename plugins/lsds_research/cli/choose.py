@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lsds.cli.finite import FiniteRange
 from lsds.cli.output import json_option, require_writable, write_json
 from lsds.cli.progress import Progress
 from lsds.cli.threads import MOST_PROCESSES, processes
@@ -39,14 +40,14 @@ class Quantity(click.ParamType[float]):
 
 @click.command()
 @click.option("--max-slip", type=Quantity("length", ("mm", "cm", "m", "um")), help="Maximum median slip, such as 5mm.")
-@click.option("--max-grip", type=click.FloatRange(min=1), help="Maximum median ratio of steady grip to needed grip.")
+@click.option("--max-grip", type=FiniteRange(min=1), help="Maximum median ratio of steady grip to needed grip.")
 @click.option(
     "--budget", type=Quantity("time", ("ms", "us", "s")), help="Maximum time from image to command, such as 1ms."
 )
 @click.option(
     "--budget-ms",
     "budgets_ms",
-    type=click.FloatRange(0, 1000),
+    type=FiniteRange(0, 1000),
     multiple=True,
     default=(0.0,),
     show_default=True,

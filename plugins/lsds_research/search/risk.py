@@ -16,7 +16,7 @@ from lsds_research.search.objects import chosen_space
 from lsds_research.search.risk_options import RiskOptions
 from lsds_research.search.risk_plot import plot_risk
 from lsds_research.search.robustness import Limits, not_begun
-from lsds_research.search.scenarios import Scenarios, fixed_note, not_holdable, require_usable
+from lsds_research.search.scenarios import Scenarios, not_holdable, require_usable, undrawn_notes
 from lsds_research.search.space import held_fixed
 from lsds_research.search.split import Points, Probability, counted, split
 
@@ -46,7 +46,7 @@ class RiskStudy:
         """Run the scenarios. Raises DataError for an unusable space or file, MissingExtra."""
         own = self._options
         space, fixed = held_fixed(self._space, own.settings)
-        require_usable(space, self._complete, self._limits, own.settings, own.space)
+        idle = require_usable(space, self._complete, self._limits, own.settings, own.space)
         draw = _counting if self._plain else split
         with Scenarios(self._limits, own.settings, own.out, own.jobs, own.cluster, self._firm) as scenarios:
             answered, probability = scenarios.answer(
@@ -66,7 +66,7 @@ class RiskStudy:
         notes = [
             f"{method}; {stopped} runs were stopped by an expected error, which is not a failure",
             *not_holdable(rows),
-            *fixed_note(fixed),
+            *undrawn_notes(fixed, idle),
         ]
         if not probability.estimate and probability.levels:
             notes.append("none failed on the last level: the probability is below the bound")

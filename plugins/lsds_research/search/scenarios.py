@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections import Counter
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -16,6 +16,7 @@ from lsds.config.overrides import override_texts
 from lsds.errors import ConfigError
 from lsds.registry import PluginHost
 from lsds_research.cluster import Share, sharing
+from lsds_research.idle_keys import idle_keys, require_objects
 from lsds_research.run_store import add_run, read_runs
 from lsds_research.search.robustness import NOT_RUN, Limits, least, run_scenario
 from lsds_research.search.space import Axis, Scenario, point_to_scenario
@@ -161,26 +162,33 @@ def require_usable(
     limits: Limits,
     settings: Sequence[str],
     source: str,
-) -> None:
+) -> dict[str, str]:
     """Check the config in the middle of the space, and at both ends of each axis, before scenarios are run. Raises
-    ConfigError, which names the file `source` of the space, "" for none.
+    ConfigError, which names the file `source` of the space, "" for none; also if the objects have no effect.
 
-    A scenario that cannot run fails in nothing: a mistake in the config would give a perfect result.
+    A scenario that cannot run fails in nothing: a mistake in the config would give a perfect result. Returns the other
+    keys that have no effect, with the backend that is used instead of theirs.
     """
     host = PluginHost()
+    idle: dict[str, str] = {}
     middle = [0.5] * len(space)
     places = [middle, *([*middle[:k], end, *middle[k + 1 :]] for k in range(len(space)) for end in (0.0, 1.0))]
     for place in places:
         scenario = complete(point_to_scenario(space, place))
         try:
-            load_config(None, [*override_texts(scenario), *limits.overrides(), *settings], host=host)
+            config = load_config(None, [*override_texts(scenario), *limits.overrides(), *settings], host=host)
+            require_objects(config, scenario)
         except ConfigError as error:
             raise ConfigError(f"{source or 'the default ranges'} with the settings", error.issues) from error
+        idle |= idle_keys(config, scenario)
+    return idle
 
 
-def fixed_note(fixed: Sequence[str]) -> list[str]:
-    """Return a note on the keys of the space that the settings hold fixed, if there are some."""
-    return [f"not drawn, because the settings hold them fixed: {', '.join(fixed)}"] if fixed else []
+def undrawn_notes(fixed: Sequence[str], idle: Mapping[str, str]) -> list[str]:
+    """Return notes on the keys of the space that the settings hold fixed, or that have no effect, if there are some."""
+    held = f"not drawn, because the settings hold them fixed: {', '.join(fixed)}"
+    without = f"drawn without effect, because another backend is used: {', '.join(idle)}"
+    return [*([held] if fixed else []), *([without] if idle else [])]
 
 
 def not_holdable(rows: Sequence[dict[str, Any]]) -> list[str]:

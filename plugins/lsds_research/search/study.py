@@ -22,7 +22,7 @@ from lsds_research.search.objects import chosen_space
 from lsds_research.search.options import SearchOptions
 from lsds_research.search.plot import plot_search
 from lsds_research.search.robustness import Limits
-from lsds_research.search.scenarios import Scenarios, fixed_note, not_holdable, require_usable
+from lsds_research.search.scenarios import Scenarios, not_holdable, require_usable, undrawn_notes
 from lsds_research.search.seek import seek
 from lsds_research.search.shrink import shrunk
 from lsds_research.search.space import Scenario, held_fixed, point_to_scenario
@@ -55,7 +55,7 @@ class SearchStudy:
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
         """Search, shrink, save. Raises DataError for an unusable space or folder, MissingExtra."""
         options = self._options
-        require_usable(self._space, self._complete, self._limits, self._settings, options.space)
+        idle = require_usable(self._space, self._complete, self._limits, self._settings, options.space)
         if options.found:
             require_writable_folder(Path(options.found))
         batches = seek(len(self._space), self._runs, self._seed)
@@ -73,7 +73,7 @@ class SearchStudy:
             f"{len(failed)} of {len(rows)} scenarios failed; {sum(stopped.values())} were stopped by an "
             "expected error; margin: 1 is best, below 0 a failure",
             *not_holdable(rows),
-            *fixed_note(self._fixed),
+            *undrawn_notes(self._fixed, idle),
         ]
         return StudyResult(
             f"search over {len(self._space) - len(self._fixed)} config keys, {len(rows)} scenarios (simulated)",

@@ -51,6 +51,12 @@ def test_a_scene_of_your_own_is_used(tmp_path):
         ("held=cup", "no site and no body 'cup'"),
         ("lift=winch", "no actuator 'winch'"),
         ("lift=squeeze", "lift and squeeze are one actuator, 'squeeze'"),
+        ("left_pad=right_pad", "left_pad and right_pad are one frame, 'right_pad'"),
+        (
+            "finger_stiffness_n_mm=150",
+            "finger_stiffness_n_mm = 150 and stiffness_n_mm = .* has 50 at most",
+        ),
+        ("step_ms=1.3", "no multiple of the scene's time step of 1 ms; choose one"),
     ],
 )
 def test_a_scene_that_cannot_be_used_is_one_clear_error(setting, problem):
@@ -132,3 +138,18 @@ def test_a_cloth_on_the_floor_does_not_support_the_object(tmp_path):
     plant.step(2e-3)
     assert data.ncon
     assert not plant._is_supported()
+
+
+def test_a_command_that_an_actuator_clamps_is_an_error_and_no_drop(tmp_path):
+    lift = '<position name="lift"'
+    options = scene_with(tmp_path, lift, f'{lift} ctrlrange="0 0.001" ctrllimited="true"')
+    result = lifted(f"cell.mujoco.scene={options.scene}")
+    assert result.verdict.outcome == "stopped"
+    assert "lift = 'lift': commanded to 0.001" in result.verdict.sentence
+    assert "ctrlrange is 0 to 0.001 m" in result.verdict.sentence
+
+
+@pytest.mark.parametrize("height_mm", [1.0, 9.0])
+def test_pads_near_the_table_grip_as_higher_ones_do(height_mm):
+    """The pads' geoms met the table, which pressed them apart."""
+    assert lifted(f"cell.mujoco.grip_height_mm={height_mm}").verdict.in_grip

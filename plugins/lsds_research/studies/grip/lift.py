@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from lsds.session.verdict import Verdict
 
 OFF = "off"
+OBJECT_KEY = "cell.simulated.object"
 STEADY_GRIP_S = 0.5
 """The steady grip is the mean over this time at the end of a lift."""
 AFTER_SLIP_S = 0.3
@@ -94,7 +95,7 @@ class Lift:
             **CHANGES[self.change],
         }
         if not self.cell:
-            keys["cell.simulated.object"] = self.object
+            keys[OBJECT_KEY] = self.object
         if self.change == "shove":
             keys["cell.simulated.shove_n"] = 0.5 * self.weight_n
         if self.change == "turn":

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lsds.config import load_config
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds.errors import DataError
@@ -16,9 +17,10 @@ from lsds.registry.host import PluginHost
 from lsds.session.verdict import Outcome
 from lsds_research.campaign_options import thinned
 from lsds_research.collecting.objects import PLANS, check_objects
+from lsds_research.idle_keys import require_objects
 from lsds_research.run_store import run_and_store
 from lsds_research.studies.grip import sensitivity
-from lsds_research.studies.grip.lift import OFF, Lift, lift, weight_n
+from lsds_research.studies.grip.lift import OBJECT_KEY, OFF, Lift, lift, weight_n
 from lsds_research.studies.grip.options import GripOptions
 from lsds_research.studies.grip.plot import plot_grip
 from lsds_research.studies.grip.random_objects import DEVELOPMENT, FIRM_SQUEEZES_MM, drawn
@@ -70,8 +72,9 @@ class GripStudy:
         self._options, self._seed = options, context.seed
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Run the lifts. Raises ConfigError for an unknown object, PluginError for an unknown controller."""
+        """Run the lifts. Raises ConfigError for an unknown object or cell, PluginError for an unknown controller."""
         options = self._options
+        require_objects(load_config(None, options.settings), [OBJECT_KEY])
         varied = _variants(options)
         texts = [text for _, _, text in varied]
         if options.random:
