@@ -1,8 +1,8 @@
-"""Config keys that have no effect, because their section uses another backend."""
+"""Config keys that have no effect, because their section uses another backend, or that a study sets itself."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from lsds.contracts import CONFIG_KINDS
@@ -33,3 +33,17 @@ def require_objects(config: RigConfig, keys: Iterable[str]) -> None:
         problem = f"{key} has no effect on the cell '{used}', and the lifts of this study differ by such keys"
         remedy = f'write cell.backend = "{key.split(".")[1]}"'
         raise ConfigError("the study's objects", [ConfigIssue("cell.backend", problem, remedy)])
+
+
+def require_free(settings: Iterable[str], varied: Mapping[str, str]) -> None:
+    """Raise ConfigError if settings `key=value` fix a key that the study varies; `varied` has the option that does so.
+
+    All runs would be the same one, and counted as different ones.
+    """
+    issues = [
+        ConfigIssue(f"--with {key}", "this study sets the key itself", f"use {varied[key]}")
+        for key in (text.partition("=")[0].strip() for text in settings)
+        if key in varied
+    ]
+    if issues:
+        raise ConfigError("the study's settings", issues)

@@ -66,7 +66,12 @@ def run_and_store(
 
 def read_runs(path: Path | None) -> dict[str, Row]:
     """Return the runs in a file; warns of runs by other code. Raises DataError for a file of another format."""
-    if path is None or not path.exists():
+    if path is None:
+        return {}
+    if not path.exists():
+        # Before the runs, which may take hours.
+        if not (path.parent.is_dir() and os.access(path.parent, os.W_OK)):
+            raise DataError(f"{path}: cannot be written: there is no such folder, or it is not yours to write in")
         return {}
     try:
         text = path.read_text(encoding="utf-8")

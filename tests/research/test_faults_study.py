@@ -8,7 +8,7 @@ import pytest
 from lsds_research.studies.faults.case import Case, run_case
 from lsds_research.studies.faults.options import FaultsOptions
 from lsds_research.studies.faults.paired import holm, mcnemar, sign_test
-from lsds_research.studies.faults.study import _bounds_note, _compared, _judged, _summary, _unit
+from lsds_research.studies.faults.study import _bounds_note, _compared, _judged, _planned, _summary, _unit
 
 from lsds.cli.main import main
 
@@ -150,3 +150,36 @@ def test_an_exception_of_the_project_under_a_fault_is_unnamed(installed_host, mo
     monkeypatch.setattr("lsds.grip.observer.GripObserver.update", lambda *_, **__: 1 / 0)
     row = run_case(Case("belief", "fused", 1, "detector-silent", 0, "lift", settings=FAST))
     assert row["unnamed"]
+
+
+@pytest.mark.parametrize("key", ["controller.backend=pd", "detector.backend = imprint", "seed=7"])
+def test_a_setting_that_the_study_varies_is_refused(key, capsys):
+    """It would make all runs one, which counted as different controllers or seeds."""
+    assert main(["study", "faults", "--fault", "gripper-late", "--with", key, "--no-plot"]) == 2
+    assert "this study sets the key itself" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("severity", ["0", "6"])
+def test_a_severity_out_of_range_is_refused_before_any_lift(severity, capsys):
+    assert main(["study", "faults", "--severity", severity, "--no-plot"]) == 2
+    assert "severities" in capsys.readouterr().err
+
+
+def test_quick_keeps_what_is_given():
+    given = FaultsOptions(quick=True, faults=["gripper-late"], severities=[1, 1], moments=["hold", "hold"], seeds=3)
+    assert {(case.severity, case.moment) for case in _planned(given, 0) if case.fault} == {(1, "hold")}
+    assert len(_planned(given, 0)) == 3 + 3
+    assert {case.severity for case in _planned(FaultsOptions(quick=True, faults=["gripper-late"]), 0)} == {0, 3, 5}
+
+
+def test_a_rig_is_tested_with_its_own_controller_detector_and_task(tmp_path):
+    rig = tmp_path / "rig.toml"
+    rig.write_text('[controller]\nbackend = "pd"\n[detector]\nbackend = "imprint"\n[task]\nhold_s = 2.5\n', "utf-8")
+    options = FaultsOptions(rig=str(rig), faults=["gripper-late"], severities=[5], moments=["lift"])
+    cases = _planned(options, 0)
+    assert {(case.controller, case.detector) for case in cases} == {("pd", "imprint")}
+    texts = cases[0].overrides()
+    assert not [text for text in texts if text.startswith("task.hold_s")]
+    assert "task.lift_s=1.2" in texts
+    named = options.model_copy(update={"controllers": ["belief"]})
+    assert {case.controller for case in _planned(FaultsOptions.model_validate(named.model_dump()), 0)} == {"belief"}

@@ -6,6 +6,8 @@ import json
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from lsds_research.search.plot import _short
 from lsds_research.search.robustness import STOPPED_MARGIN, Limits, hangs, margins_of, run_scenario
 from lsds_research.search.seek import seek
@@ -13,7 +15,9 @@ from lsds_research.search.shrink import shrunk
 from lsds_research.search.space import DEFAULT, Axis, held_fixed, point_to_scenario, read_space
 
 from lsds.cli.main import main
+from lsds.clock import VirtualClock
 from lsds.config import load_config
+from lsds.contracts import BuildContext
 from lsds.errors import CallHangs, DataError
 from lsds.session.run import Session, run
 from lsds.session.verdict import Outcome, Verdict
@@ -144,3 +148,51 @@ def test_a_planted_failure_is_found_shrunk_and_saved_as_a_file_that_runs_again(t
 def test_keys_with_equal_ends_have_different_labels_in_the_picture():
     keys = ["gripper.mock-hand-e.latency_ms", "sensor.mock-gelsight-mini.latency_ms", "task.hold_s"]
     assert _short(keys) == ["mock-hand-e.latency_ms", "mock-gelsight-mini.latency_ms", "hold_s"]
+
+
+def test_each_whole_number_of_a_range_is_drawn_alike():
+    """Rounding gave both ends half of the share of the others."""
+    evenly = (np.arange(12000) + 0.5) / 12000
+    for axis in (Axis("seed", 10000, 10003, whole=True), Axis("sensor.mock-gelsight-mini.gel", 1, 4, whole=True)):
+        drawn, counts = np.unique([axis.value(u) for u in evenly], return_counts=True)
+        assert drawn.tolist() == list(range(int(axis.low), int(axis.high) + 1))
+        assert counts.tolist() == [3000] * 4
+    assert {Axis("seed", 0, 9, whole=True).value(u) for u in (0.0, 1.0)} == {0, 9}
+
+
+@given(st.floats(1e-6, 1e6), st.floats(1e-5, 100.0), st.floats(0, 1))
+def test_a_drawn_value_lies_in_its_range(low, share, u):
+    axis = Axis("task.lift_speed_m_s", low, low * (1 + share))
+    assert axis.low <= axis.value(u) <= axis.high
+
+
+def test_a_narrow_range_is_drawn_with_enough_digits():
+    axis = Axis("task.lift_speed_m_s", 0.012345, 0.012346)
+    assert len({axis.value(u) for u in np.linspace(0, 1, 101)}) > 50
+
+
+def test_one_key_with_two_ranges_is_named(tmp_path):
+    file = tmp_path / "space.toml"
+    file.write_text('"task.lift_speed_m_s" = [0.01, 0.02]\n[task]\nlift_speed_m_s = [0.05, 0.06]\n', encoding="utf-8")
+    with pytest.raises(DataError, match=r"task\.lift_speed_m_s: has two ranges"):
+        read_space(file)
+
+
+def test_quick_keeps_the_runs_that_are_given():
+    from lsds_research.search.options import SearchOptions
+    from lsds_research.search.risk import RiskStudy
+    from lsds_research.search.risk_options import RiskOptions
+    from lsds_research.search.study import SearchStudy
+
+    context = BuildContext(VirtualClock())
+    assert [RiskStudy(RiskOptions(quick=True, **own), context)._runs for own in ({}, {"runs": 100})] == [20, 100]
+    assert [SearchStudy(SearchOptions(quick=True, **own), context)._runs for own in ({}, {"runs": 96})] == [48, 96]
+
+
+def test_a_failure_that_kills_its_process_does_not_kill_the_search(tmp_path):
+    from lsds_research.search.study import _record
+
+    from lsds.support.processes import spread
+
+    ((_, problem),) = spread(_record, [(str(tmp_path / "missing.toml"), str(tmp_path / "x.mcap"))], 2)
+    assert "missing.toml" in problem

@@ -22,8 +22,9 @@ _FIRST_TICK = 3
 """Position register of the open simulated gripper, ticks: the default of `mock-hand-e`."""
 NEEDED = ", because a lift needs one"
 """Reason for a mock where a rig has no device."""
-_DROPPED = ("cell", "pose_source", "faults", "deadlines")
-"""Sections that describe real devices, or faults."""
+_DROPPED = ("pose_source", "deadlines")
+"""Sections that describe real devices."""
+_CELL = "simulated"
 
 
 def simulated_rig(path: Path | None, host: PluginHost) -> tuple[list[str], list[str]]:
@@ -44,8 +45,12 @@ def simulated_rig(path: Path | None, host: PluginHost) -> tuple[list[str], list[
     notes: list[str] = []
     real = _gripper(tables, host, notes) | _sensor(tables, host, notes) | _arm(tables, host, notes)
     if real:
-        for section in _DROPPED:
-            tables.pop(section, None)
+        left_out = [section for section in _DROPPED if tables.pop(section, None) is not None]
+        cell = tables.get("cell", {}).pop("backend", _CELL)
+        if cell != _CELL:
+            left_out.append(f"cell.backend = '{cell}'")
+        if left_out:
+            notes.append(f"{', '.join(left_out)}: left out, because the cell is simulated")
     return override_texts(dict(flat(tables))), notes
 
 
@@ -69,7 +74,7 @@ def _gripper(tables: dict[str, Any], host: PluginHost, notes: list[str]) -> bool
             reason += f", which has coarser ticks: {coarse_mm:.2g} instead of {1e3 * spec.resolution_m:.2g} mm"
     tables["gripper"] = {"backend": GRIPPER, GRIPPER: found}
     notes.append(f"gripper '{name}': {GRIPPER} with {_words(found)}{reason}")
-    return True
+    return name != "none"
 
 
 def _sensor(tables: dict[str, Any], host: PluginHost, notes: list[str]) -> bool:
@@ -87,7 +92,7 @@ def _sensor(tables: dict[str, Any], host: PluginHost, notes: list[str]) -> bool:
         found = {"rate_hz": round(float(spec.rate_hz), 3), "latency_ms": round(1e3 * spec.latency_s, 3)}
     tables["sensor"] = {"backend": SENSOR, SENSOR: found}
     notes.append(f"fingertip '{name}': {SENSOR} with {_words(found)}{reason}")
-    return True
+    return name != "none"
 
 
 def _arm(tables: dict[str, Any], host: PluginHost, notes: list[str]) -> bool:
@@ -96,7 +101,7 @@ def _arm(tables: dict[str, Any], host: PluginHost, notes: list[str]) -> bool:
         return False
     tables["arm"] = {"backend": ARM}
     notes.append(f"arm '{name}': {ARM}{NEEDED if name == 'none' else ''}")
-    return True
+    return name != "none"
 
 
 def _chosen(tables: dict[str, Any], section: str, default: str) -> tuple[str, dict[str, Any]]:

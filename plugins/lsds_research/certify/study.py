@@ -69,7 +69,7 @@ class CertifyStudy:
         settings = [*settings, *(QUICK if own.quick else ()), *own.settings]
         slip_mm = own.slip_mm or (None if SLIP_KEY in values_of(settings) else USUAL_SLIP_MM)
         if own.slip_mm:
-            settings = [text for text in settings if text.partition("=")[0] != SLIP_KEY]
+            settings = [text for text in settings if text.partition("=")[0].strip() != SLIP_KEY]
         limits = Limits(slip_m=None if slip_mm is None else slip_mm * 1e-3, peak=None)
         complete = dict if own.space else completed
         space, fixed = held_fixed(self._space, [*limits.overrides(), *settings])

@@ -11,7 +11,7 @@ from lsds_research.campaign_options import Cluster, Jobs, Out, Random, Settings
 class SearchOptions(BaseModel):
     """Look for scenarios in which the cell fails.
 
-    A scenario is a point in ranges of config keys: object, friction, gel, optics, timing, task. A third to a half of
+    A scenario is a point in ranges of config keys: object, friction, gel, optics, timing, task. A quarter to a half of
     the runs cover the whole space. The others descend from the worst points towards a drop, a long slip, a crushing
     grip, an opening, a hang or an unexpected error. Each failure is shrunk to few keys and saved as a file that
     lsds run replays. Figures are simulated.
@@ -50,6 +50,6 @@ class SearchOptions(BaseModel):
     )
     settings: Settings = []
     out: Out = ""
-    quick: bool = Field(default=False, description="48 runs, one failure shrunk")
+    quick: bool = Field(default=False, description="48 runs, one failure shrunk, unless --runs and --most are given")
     jobs: Jobs = Field(default_factory=processes, description="processes that run scenarios")
     cluster: Cluster = ""

@@ -52,6 +52,6 @@ class RiskOptions(BaseModel):
     plain: bool = Field(default=False, description="draw and count, without splitting")
     settings: Settings = []
     out: Out = ""
-    quick: bool = Field(default=False, description="20 scenarios, counted")
+    quick: bool = Field(default=False, description="20 scenarios unless --runs is given, counted")
     jobs: Jobs = Field(default_factory=processes, description="processes that run scenarios")
     cluster: Cluster = ""

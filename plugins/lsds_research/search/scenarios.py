@@ -17,6 +17,7 @@ from lsds.errors import ConfigError
 from lsds.registry import PluginHost
 from lsds_research.cluster import Share, sharing
 from lsds_research.idle_keys import idle_keys, require_objects
+from lsds_research.named_files import files_of_settings
 from lsds_research.run_store import add_run, read_runs
 from lsds_research.search.robustness import NOT_RUN, Limits, least, run_scenario
 from lsds_research.search.space import Axis, Scenario, point_to_scenario
@@ -57,6 +58,7 @@ class Scenarios:
     ) -> None:
         """Raises DataError if the file `out` cannot be read; an empty name stores nothing."""
         self._limits, self._settings, self._firm = limits, tuple(settings), firm
+        self._files = files_of_settings(self._settings)
         self._sharing, self._opened = partial(sharing, jobs, cluster), ExitStack()
         self._share: Share | None = None
         self._kept = Path(out) if out else None
@@ -153,7 +155,8 @@ class Scenarios:
 
     def _key(self, scenario: Scenario) -> str:
         firm = [self._firm] if self._firm else []
-        return json.dumps([scenario, self._limits.slip_m, self._limits.peak, self._settings, *firm])
+        files = [self._files] if self._files else []
+        return json.dumps([scenario, self._limits.slip_m, self._limits.peak, self._settings, *firm, *files])
 
 
 def require_usable(

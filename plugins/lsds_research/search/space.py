@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,12 +36,18 @@ class Axis:
         u = min(max(u, 0.0), 1.0)
         if self.choices:
             return self.choices[min(int(u * len(self.choices)), len(self.choices) - 1)]
+        # A whole number has the share of the range up to the next one, so the last has one, too.
+        high = self.high + self.whole
         if self.low > 0 and self.high > 5 * self.low:
-            found = self.low * math.exp(u * math.log(self.high / self.low))
+            found = self.low * math.exp(u * math.log(high / self.low))
         else:
-            found = self.low + u * (self.high - self.low)
-        # The saved value must equal the value that was run, to the last digit.
-        return round(found) if self.whole else float(f"{found:.4g}")
+            found = self.low + u * (high - self.low)
+        if self.whole:
+            return min(math.floor(found), int(self.high))
+        # The saved value must equal the value that was run, to the last digit. Narrow ranges need more digits.
+        size = max(abs(self.low), abs(self.high))
+        digits = 4 + math.floor(math.log10(size / (self.high - self.low))) if size > self.high - self.low else 4
+        return min(max(float(f"{found:.{digits}g}"), self.low), self.high)
 
 
 DEFAULT = (
@@ -97,7 +104,11 @@ def read_space(path: Path) -> tuple[Axis, ...]:
     A list of two numbers is a range, of integers if both are integers. Any other list is one of choices, of which the
     first is usual. Raises DataError with the key.
     """
-    space = tuple(_axis(path, key, entry) for key, entry in flat(read_toml(path)))
+    entries = flat(read_toml(path))
+    twice = next((key for key, count in Counter(key for key, _ in entries).items() if count > 1), None)
+    if twice:
+        raise DataError(f"{path}, {twice}: has two ranges, one of them in a table; leave one out")
+    space = tuple(_axis(path, key, entry) for key, entry in entries)
     if not space:
         raise DataError(f'{path}: no key with a range (write "task.lift_speed_m_s" = [0.01, 0.1])')
     return space

@@ -15,8 +15,11 @@ import numpy as np
 from lsds.cli.output import require_writable_folder
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
+from lsds.errors import LsdsError
+from lsds.registry.containment import one_line
 from lsds.session.run import run
 from lsds.support.extras import importable
+from lsds.support.processes import DIED, spread
 from lsds_research.search.files import save_scenario
 from lsds_research.search.objects import chosen_space
 from lsds_research.search.options import SearchOptions
@@ -40,13 +43,18 @@ ATTEMPTS = 3
 """Number of failures that are shrunk for each one that is wanted; chosen."""
 
 
+QUICK = {"runs": 48, "most": 1}
+"""Options of `--quick`, unless they are given."""
+
+
 class SearchStudy:
     """A `Study`."""
 
     def __init__(self, options: SearchOptions, context: BuildContext) -> None:
         self._options, self._seed = options, context.seed
-        self._runs = 48 if options.quick else options.runs
-        self._most = min(1, options.most) if options.quick else options.most
+        # What is given is wanted.
+        quick = {} if not options.quick else {k: v for k, v in QUICK.items() if k not in options.model_fields_set}
+        self._runs, self._most = quick.get("runs", options.runs), quick.get("most", options.most)
         self._space, self._firm, self._complete = chosen_space(options.space, random=options.random)
         self._limits = Limits(options.slip_mm * 1e-3, options.peak)
         self._settings = tuple(options.settings)
@@ -133,9 +141,23 @@ class SearchStudy:
         file = save_scenario(folder, name, scenario, settings, comments)
         # A failure that was found before is recorded again by the present code.
         recording.unlink(missing_ok=True)
-        run(file, record=recording, images="jpeg").require_uninterrupted()
+        # In another process, which the failure may kill.
+        ((_, problem),) = spread(_record, [(str(file), str(recording))], 2)
+        if problem is None or problem:
+            note = f"not recorded to its end: {one_line(problem or DIED)}"
+            return save_scenario(folder, name, scenario, settings, [*comments[:-1], note])
         return file
 
     def _fails(self, way: str, scenario: Scenario) -> bool:
         row = self._scenarios.rows([self._complete(scenario)], lambda _: None)[0]
         return bool(row["margins"].get(way, 1.0) < 0)
+
+
+def _record(files: tuple[str, str]) -> str:
+    """Run a saved failure and record it; return the error that ended it, or ""."""
+    file, recording = files
+    try:
+        run(file, record=recording, images="jpeg").require_uninterrupted()
+    except LsdsError as error:
+        return f"{type(error).__name__}: {error}"
+    return ""

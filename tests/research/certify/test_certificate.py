@@ -63,8 +63,21 @@ def test_a_real_rig_is_simulated_by_its_specs(tmp_path):
     assert config.gripper.backend == "mock-hand-e"
     assert config.arm.backend == "mock-ur5e"
     assert config.task.lift_speed_m_s == 0.02
-    assert len(notes) == 3
+    assert len(notes) == 4
     assert notes[0].startswith("gripper 'hand-e': mock-hand-e with stroke_mm = 50.0")
+    assert notes[3] == "cell.backend = 'none': left out, because the cell is simulated"
+
+
+@pytest.mark.parametrize("device", ["", '[arm]\nbackend = "none"\n'])
+def test_what_a_rig_says_of_the_simulated_cell_and_of_faults_is_kept(tmp_path, device):
+    """A replaced arm dropped the whole cell, its friction too, without a word."""
+    rig = tmp_path / "rig.toml"
+    rig.write_text(f'{device}[cell.simulated]\nfriction_scale = 0.3\n[[faults]]\nbackend = "camera-noise"\n')
+    keys, notes = simulated_rig(rig, PluginHost())
+    config = load_config(None, keys)
+    assert config.cell.options()["friction_scale"] == 0.3
+    assert [fault.backend for fault in config.faults] == ["camera-noise"]
+    assert len(notes) == bool(device)
 
 
 def test_a_simulated_rig_is_used_as_it_is(tmp_path):

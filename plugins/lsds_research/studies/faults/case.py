@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import traceback
 from dataclasses import dataclass
 from functools import cache
@@ -10,11 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
 from lsds.config.overrides import override_texts
+from lsds.config.reading import read_toml
 from lsds.errors import LsdsError
 from lsds.registry import PluginHost
 from lsds.session.parts import loaded
 from lsds.session.run import run
+from lsds_research.named_files import files_of_rig, files_of_settings
 from lsds_research.search.robustness import is_unnamed
+from lsds_research.search.space import flat
 from lsds_research.studies.faults.arm_log import arm_log
 from lsds_research.studies.faults.options import Moment
 
@@ -29,6 +31,7 @@ OPENED_BY_FAULT_M = 1e-3
 RUN_FORMAT = 3
 """Number of the format of a stored run; those of another format are run again."""
 KEYS: dict[str, Any] = {"task.lift_s": 1.2, "task.hold_s": 0.8}
+"""Config keys of every lift, unless the rig file gives its own: short, for speed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,12 +56,15 @@ class Case:
     @property
     def pair(self) -> str:
         """Name of the settings in common with the run without a fault."""
-        rig = f" {self.rig} {_digest(self.rig)}" if self.rig else ""
-        return f"{self.controller} {self.detector} {self.seed} {' '.join(self.settings)}{rig}"
+        rig = f" {self.rig} {files_of_rig(self.rig)}" if self.rig else ""
+        named = files_of_settings(self.settings)
+        files = f" {named}" if named else ""
+        return f"{self.controller} {self.detector} {self.seed} {' '.join(self.settings)}{files}{rig}"
 
     def overrides(self, log: str = "") -> list[str]:
         """Return the config keys of the run; `log` is the name of an `ArmLog`, which is put around the fault."""
-        keys: dict[str, Any] = KEYS | {
+        given = rig_keys(self.rig)
+        keys: dict[str, Any] = {key: value for key, value in KEYS.items() if key not in given} | {
             "seed": self.seed,
             "controller.backend": self.controller,
             "detector.backend": self.detector,
@@ -77,12 +83,9 @@ class Case:
 
 
 @cache
-def _digest(rig: str) -> str:
-    """Return a digest of a rig file: another rig of the same name is another rig."""
-    try:
-        return hashlib.sha256(Path(rig).read_bytes()).hexdigest()[:12]
-    except OSError:
-        return "unreadable"
+def rig_keys(rig: str) -> frozenset[str]:
+    """Return the config keys that a rig file gives; none for "". Raises ConfigError for a file that cannot be read."""
+    return frozenset(key for key, _ in flat(read_toml(Path(rig)))) if rig else frozenset()
 
 
 def run_case(case: Case) -> dict[str, Any] | str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -39,7 +39,7 @@ class FaultsOptions(BaseModel):
         description="fault of an installed plugin; default: all",
         json_schema_extra={"flag": "--fault", "metavar": "NAME"},
     )
-    severities: list[int] = Field(
+    severities: list[Annotated[int, Field(ge=1, le=5)]] = Field(
         default=[1, 2, 3, 4, 5],
         min_length=1,
         description="severity, 1 to 5",
@@ -55,22 +55,26 @@ class FaultsOptions(BaseModel):
     controllers: list[str] = Field(
         default=["belief"],
         min_length=1,
-        description="controller",
+        description="controller; default with --rig: that of the file",
         json_schema_extra={"flag": "--controller", "metavar": "NAME"},
     )
     detectors: list[str] = Field(
         default=["fused"],
         min_length=1,
-        description="detector",
+        description="detector; default with --rig: that of the file",
         json_schema_extra={"flag": "--detector", "metavar": "NAME"},
     )
     rig: str = Field(
         default="",
-        description="rig file instead of the default rig; a rig of real drivers runs in real time and needs --jobs 1",
+        description="rig file instead of the default rig and task; a rig of real drivers runs in real time and needs "
+        "--jobs 1",
         json_schema_extra={"metavar": "FILE"},
     )
     settings: Settings = []
     out: Out = ""
-    quick: bool = Field(default=False, description="every third fault, severities 3 and 5, lift and slip, one seed")
+    quick: bool = Field(
+        default=False,
+        description="every third fault, severities 3 and 5, lift and slip, one seed, if not given",
+    )
     jobs: Jobs = Field(default_factory=processes, description="processes that run lifts")
     cluster: Cluster = ""

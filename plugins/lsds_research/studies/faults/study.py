@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import combinations, product
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lsds.config import load_config
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult, StudyTable
 from lsds.errors import DataError, MissingExtra
 from lsds.registry.backends import OWN_DISTRIBUTION, OWN_PREFIX
 from lsds.registry.host import PluginHost
 from lsds.session.verdict import Outcome
+from lsds_research.idle_keys import require_free
 from lsds_research.run_store import run_and_store
 from lsds_research.search.split import exact_bounds
 from lsds_research.studies.faults.case import OPENED_BY_FAULT_M, Case, run_case
@@ -65,6 +68,17 @@ COMPARED = (
     "p over {unit}: exact sign test on the difference in the number of missed runs of each of the {unit}; "
     "McNemar over runs treats runs of the same {unit} as independent, so its p can be too small"
 )
+
+
+VARIED = {
+    "seed": "--seed and --seeds",
+    "controller.backend": "--controller",
+    "detector.backend": "--detector",
+    "faults": "--fault",
+}
+"""Config keys that the study varies, with the options that do so."""
+QUICK: dict[str, Any] = {"severities": [3, 5], "moments": ["lift", "slip"], "seeds": 1}
+"""Options of `--quick`, unless they are given."""
 
 
 class FaultsStudy:
@@ -121,16 +135,21 @@ class FaultsStudy:
 def _planned(options: FaultsOptions, seed: int) -> list[Case]:
     """Return the runs, those without a fault first. Raises PluginError for an unknown fault, controller, detector."""
     host = PluginHost()
+    require_free(options.settings, VARIED)
+    # Before the defaults are replaced, which then count as given.
+    options = _of_the_rig(host, options)
     options = with_own_defaults(host, options, {"controllers": "controller", "detectors": "detector"})
-    names = backend_names(host, "fault", options.faults)
-    controllers = backend_names(host, "controller", options.controllers)
-    detectors = backend_names(host, "detector", options.detectors)
+    names = _once(backend_names(host, "fault", options.faults))
+    controllers = _once(backend_names(host, "controller", options.controllers))
+    detectors = _once(backend_names(host, "detector", options.detectors))
     scaled = {name: _is_scaled(host, name) for name in names}
-    severities, moments = sorted(set(options.severities)), options.moments
     if options.quick:
-        # Faults that are named are wanted.
-        names, severities, moments = names if options.faults else names[::3], [3, 5], ["lift", "slip"]
-    seeds = range(seed + 1, seed + 1 + (1 if options.quick else options.seeds))
+        # What is given is wanted.
+        given = options.model_fields_set
+        few = {field: value for field, value in QUICK.items() if field not in given}
+        options, names = options.model_copy(update=few), names if options.faults else names[::3]
+    severities, moments = sorted(set(options.severities)), _once(options.moments)
+    seeds = range(seed + 1, seed + 1 + options.seeds)
     settings = tuple(options.settings)
     without = [
         Case(who, by, own, settings=settings, rig=options.rig)
@@ -142,6 +161,19 @@ def _planned(options: FaultsOptions, seed: int) -> list[Case]:
         for severity in (severities if scaled[name] else [0])
         for moment, own, who, by in product(moments, seeds, controllers, detectors)
     ]
+
+
+def _of_the_rig(host: PluginHost, options: FaultsOptions) -> FaultsOptions:
+    """Return the options with the rig file's controller and detector, where none are given."""
+    if not options.rig:
+        return options
+    config = load_config(Path(options.rig), host=host)
+    own = {"controllers": [config.section("controller").backend], "detectors": [config.section("detector").backend]}
+    return options.model_copy(update={field: v for field, v in own.items() if field not in options.model_fields_set})
+
+
+def _once(names: Sequence[Any]) -> list[Any]:
+    return list(dict.fromkeys(names))
 
 
 def _is_scaled(host: PluginHost, name: str) -> bool:

@@ -13,6 +13,7 @@ from lsds.config.overrides import override_texts
 from lsds.errors import LsdsError
 from lsds.session.run import run
 from lsds_research.collecting.objects import PLANS
+from lsds_research.named_files import files_of_settings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -78,7 +79,8 @@ class Lift:
     @property
     def key(self) -> str:
         """Key that identifies this run."""
-        return " ".join(f"{name}={value}" for name, value in asdict(self).items())
+        files = files_of_settings(self.settings)
+        return " ".join(f"{name}={value}" for name, value in asdict(self).items()) + (f" {files}" if files else "")
 
     def overrides(self) -> list[str]:
         """Return the config's keys."""

@@ -17,7 +17,7 @@ from lsds.registry.host import PluginHost
 from lsds.session.verdict import Outcome
 from lsds_research.campaign_options import thinned
 from lsds_research.collecting.objects import PLANS, check_objects
-from lsds_research.idle_keys import require_objects
+from lsds_research.idle_keys import require_free, require_objects
 from lsds_research.run_store import run_and_store
 from lsds_research.studies.grip import sensitivity
 from lsds_research.studies.grip.lift import OBJECT_KEY, OFF, Lift, lift, weight_n
@@ -65,6 +65,17 @@ _COLUMNS = (
 )
 
 
+VARIED = {
+    "seed": "--seed and --seeds",
+    "controller.backend": "--controller",
+    OBJECT_KEY: "--object",
+    "cell.simulated.friction_scale": "--friction",
+    "task.first_squeeze_m": "--squeeze-mm",
+    "task.lift_speed_m_s": "--speed",
+}
+"""Config keys that the study varies, with the options that do so."""
+
+
 class GripStudy:
     """A `Study`."""
 
@@ -74,6 +85,7 @@ class GripStudy:
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
         """Run the lifts. Raises ConfigError for an unknown object or cell, PluginError for an unknown controller."""
         options = self._options
+        require_free(options.settings, VARIED)
         require_objects(load_config(None, options.settings), [OBJECT_KEY])
         varied = _variants(options)
         texts = [text for _, _, text in varied]
