@@ -87,7 +87,7 @@ def _unsendable(value: Any) -> str:
     except Exception as error:
         return f"cannot be sent to other processes ({error})"
     try:
-        # What this process has just written, as the other one will read it.
+        # The other process reads it in the same way.
         ForkingPickler.loads(sent)
     except Exception as error:
         return f"cannot be received by other processes ({type(error).__name__}: {error})"

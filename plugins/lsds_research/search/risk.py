@@ -33,7 +33,7 @@ _RUNS_AT_ONCE = 16
 """Number of runs in a batch when counting; chosen."""
 
 
-QUICK_RUNS = 20
+QUICK_SCENARIOS = 20
 """Number of scenarios of `--quick`, unless `--runs` is given."""
 
 
@@ -43,7 +43,7 @@ class RiskStudy:
     def __init__(self, options: RiskOptions, context: BuildContext) -> None:
         self._options, self._seed = options, context.seed
         given = "runs" in options.model_fields_set
-        self._runs = QUICK_RUNS if options.quick and not given else options.runs
+        self._runs = QUICK_SCENARIOS if options.quick and not given else options.runs
         self._plain = options.plain or options.quick
         self._space, self._firm, self._complete = chosen_space(options.space, random=options.random)
         self._limits = Limits(options.slip_mm * 1e-3, options.peak)

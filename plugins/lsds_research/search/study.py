@@ -52,7 +52,7 @@ class SearchStudy:
 
     def __init__(self, options: SearchOptions, context: BuildContext) -> None:
         self._options, self._seed = options, context.seed
-        # What is given is wanted.
+        # Options that are given are kept.
         quick = {} if not options.quick else {k: v for k, v in QUICK.items() if k not in options.model_fields_set}
         self._runs, self._most = quick.get("runs", options.runs), quick.get("most", options.most)
         self._space, self._firm, self._complete = chosen_space(options.space, random=options.random)

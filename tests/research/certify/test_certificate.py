@@ -69,7 +69,7 @@ def test_a_real_rig_is_simulated_by_its_specs(tmp_path):
 
 
 @pytest.mark.parametrize("device", ["", '[arm]\nbackend = "none"\n'])
-def test_what_a_rig_says_of_the_simulated_cell_and_of_faults_is_kept(tmp_path, device):
+def test_a_rig_keeps_its_simulated_cell_and_its_faults(tmp_path, device):
     """A replaced arm dropped the whole cell, its friction too, without a word."""
     rig = tmp_path / "rig.toml"
     rig.write_text(f'{device}[cell.simulated]\nfriction_scale = 0.3\n[[faults]]\nbackend = "camera-noise"\n')

@@ -144,7 +144,7 @@ def _planned(options: FaultsOptions, seed: int) -> list[Case]:
     detectors = _once(backend_names(host, "detector", options.detectors))
     scaled = {name: _is_scaled(host, name) for name in names}
     if options.quick:
-        # What is given is wanted.
+        # Options that are given are kept.
         given = options.model_fields_set
         few = {field: value for field, value in QUICK.items() if field not in given}
         options, names = options.model_copy(update=few), names if options.faults else names[::3]
