@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from collections.abc import Mapping
+from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, Field
 
@@ -29,6 +30,16 @@ Random = Annotated[
         "what a firm grip does not hold either is no failure"
     ),
 ]
+
+
+Options = TypeVar("Options", bound=BaseModel)
+
+
+def quickened(options: Options, few: Mapping[str, Any]) -> Options:
+    """Return the options; with `quick`, fields that were not given have the values of `few`."""
+    if not getattr(options, "quick", False):
+        return options
+    return options.model_copy(update={name: few[name] for name in few if name not in options.model_fields_set})
 
 
 def thinned(options: BaseModel, name: str, every: int) -> list[Any]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
+from lsds_research.campaign_options import quickened
 from lsds_research.search.objects import chosen_space
 from lsds_research.search.risk_options import RiskOptions
 from lsds_research.search.risk_plot import plot_risk
@@ -42,8 +43,7 @@ class RiskStudy:
 
     def __init__(self, options: RiskOptions, context: BuildContext) -> None:
         self._options, self._seed = options, context.seed
-        given = "runs" in options.model_fields_set
-        self._runs = QUICK_SCENARIOS if options.quick and not given else options.runs
+        self._runs = quickened(options, {"runs": QUICK_SCENARIOS}).runs
         self._plain = options.plain or options.quick
         self._space, self._firm, self._complete = chosen_space(options.space, random=options.random)
         self._limits = Limits(options.slip_mm * 1e-3, options.peak)

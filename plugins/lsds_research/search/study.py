@@ -20,6 +20,7 @@ from lsds.registry.containment import one_line
 from lsds.session.run import run
 from lsds.support.extras import importable
 from lsds.support.processes import DIED, spread
+from lsds_research.campaign_options import quickened
 from lsds_research.search.files import save_scenario
 from lsds_research.search.objects import chosen_space
 from lsds_research.search.options import SearchOptions
@@ -52,9 +53,8 @@ class SearchStudy:
 
     def __init__(self, options: SearchOptions, context: BuildContext) -> None:
         self._options, self._seed = options, context.seed
-        # Options that are given are kept.
-        quick = {} if not options.quick else {k: v for k, v in QUICK.items() if k not in options.model_fields_set}
-        self._runs, self._most = quick.get("runs", options.runs), quick.get("most", options.most)
+        few = quickened(options, QUICK)
+        self._runs, self._most = few.runs, few.most
         self._space, self._firm, self._complete = chosen_space(options.space, random=options.random)
         self._limits = Limits(options.slip_mm * 1e-3, options.peak)
         self._settings = tuple(options.settings)

@@ -17,6 +17,7 @@ from lsds.errors import DataError, MissingExtra
 from lsds.registry.backends import OWN_DISTRIBUTION, OWN_PREFIX
 from lsds.registry.host import PluginHost
 from lsds.session.verdict import Outcome
+from lsds_research.campaign_options import quickened
 from lsds_research.idle_keys import require_free
 from lsds_research.run_store import run_and_store
 from lsds_research.search.split import exact_bounds
@@ -143,11 +144,9 @@ def _planned(options: FaultsOptions, seed: int) -> list[Case]:
     controllers = _once(backend_names(host, "controller", options.controllers))
     detectors = _once(backend_names(host, "detector", options.detectors))
     scaled = {name: _is_scaled(host, name) for name in names}
-    if options.quick:
-        # Options that are given are kept.
-        given = options.model_fields_set
-        few = {field: value for field, value in QUICK.items() if field not in given}
-        options, names = options.model_copy(update=few), names if options.faults else names[::3]
+    if options.quick and not options.faults:
+        names = names[::3]
+    options = quickened(options, QUICK)
     severities, moments = sorted(set(options.severities)), _once(options.moments)
     seeds = range(seed + 1, seed + 1 + options.seeds)
     settings = tuple(options.settings)
