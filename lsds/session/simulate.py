@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, SupportsIndex, TypeAlias
 
 from lsds.config import RigConfig, load_config
 from lsds.config.overrides import override_texts
@@ -64,12 +65,16 @@ def simulate(
     `figures` computes something from a run's session in the process that ran it: a function of a module, with a result
     that pickle can write and read. `truths` keeps the states of the cell, some 100 kB a second. A scenario that cannot
     run, because its config is wrong or names a real device, has an `error`, as has one whose `figures` raise. Raises
-    DataError if no process starts, or if `figures` cannot be sent to one.
+    DataError if no process starts, for arguments of other types, or if `figures` cannot be sent to a process.
     """
-    if jobs < 1:
-        raise DataError(f"jobs = {jobs}: must be at least 1")
+    if isinstance(jobs, bool) or not isinstance(jobs, SupportsIndex) or operator.index(jobs) < 1:
+        raise DataError(f"jobs = {jobs!r}: must be a whole number from 1 on")
     if isinstance(scenarios, str | Path | Mapping | RigConfig):
         raise DataError(f"{scenarios!r} is one scenario: give a list of scenarios")
+    if not isinstance(scenarios, Iterable):
+        raise DataError(f"{scenarios!r} is no list of scenarios")
+    if figures is not None and not callable(figures):
+        raise DataError(f"figures = {figures!r}: must be a function of a run's session")
     if jobs > 1 and figures is not None:
         problem = _unsendable(figures)
         if problem:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 
@@ -110,8 +111,16 @@ def test_a_process_that_dies_costs_its_own_scenario_only():
 def test_what_is_no_scenario_is_named(wrong):
     with pytest.raises(DataError, match="is no scenario"):
         lsds.simulate([wrong])
-    with pytest.raises(DataError, match="jobs = 0"):
-        lsds.simulate([], jobs=0)
+    with pytest.raises(DataError, match="is no list of scenarios"):
+        lsds.simulate(wrong if isinstance(wrong, int | None) else 3)
+    with pytest.raises(DataError, match="must be a function of a run's session"):
+        lsds.simulate([], figures=4)
+
+
+@pytest.mark.parametrize("jobs", [0, "2", None, 1.5, math.nan, True])
+def test_a_number_of_processes_that_is_none_is_named(jobs):
+    with pytest.raises(DataError, match=f"jobs = {jobs!r}: must be a whole number from 1 on"):
+        lsds.simulate([], jobs=jobs)
 
 
 @pytest.mark.parametrize("one", ["task.lift_s=1", {"task.lift_s": 1.0}])

@@ -63,5 +63,19 @@ def test_fingertips_in_mujoco(tmp_path):
     assert image == "the last image: (240, 320, 3)"
 
 
+def test_fingertips_in_a_scene_of_your_own(tmp_path):
+    pytest.importorskip("mujoco")
+    _, *lines = (ROOT / "examples" / "mujoco_own_scene.py").read_text().splitlines()
+    assert sum(bool(line) for line in lines) <= 15
+    # The hand rises by 10 mm; a pad carries half the weight of 0.2 kg.
+    assert run("mujoco_own_scene.py", tmp_path) == "height 0.060 m, load along y 0.98 N\n"
+
+
 def test_no_example_is_left_out():
-    assert {path.name for path in EXAMPLES} == {"job.py", "reflex.py", "own_detector.py", "mujoco_pipe.py"}
+    assert {path.name for path in EXAMPLES} == {
+        "job.py",
+        "reflex.py",
+        "own_detector.py",
+        "mujoco_pipe.py",
+        "mujoco_own_scene.py",
+    }

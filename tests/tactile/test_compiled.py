@@ -183,3 +183,10 @@ def test_a_numba_that_does_not_work_is_no_reason_to_stop(monkeypatch: pytest.Mon
     assert "the frame path is not compiled: numba does not work here" in capsys.readouterr().err
     with pytest.raises(MissingExtra, match="numba does not work here"):
         compiled.use_compiled("compiled")
+
+
+def test_a_numba_that_only_interprets_is_not_used(monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    monkeypatch.setattr("numba.config.DISABLE_JIT", 1)
+    compiled._notice.cache_clear()
+    assert not compiled.use_compiled("auto")
+    assert "numba does not work here: RuntimeError: NUMBA_DISABLE_JIT is set" in capsys.readouterr().err

@@ -23,6 +23,7 @@ def use_compiled(arithmetic: Literal["auto", "compiled", "portable"]) -> bool:
         return False
     require("numba", extra="fast", purpose="tactile.arithmetic = 'compiled'")
     try:
+        _require_compiler()
         from lsds.tactile.compiled.prepare import prepare
 
         prepare()
@@ -34,6 +35,14 @@ def use_compiled(arithmetic: Literal["auto", "compiled", "portable"]) -> bool:
         _notice(reason)
         return False
     return True
+
+
+def _require_compiler() -> None:
+    """Raise RuntimeError if numba has to interpret its functions, which takes hundreds of times as long."""
+    from numba import config
+
+    if config.DISABLE_JIT:
+        raise RuntimeError("NUMBA_DISABLE_JIT is set")
 
 
 @cache

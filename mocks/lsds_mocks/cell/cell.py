@@ -93,11 +93,15 @@ class SimulatedCell(Generic[P]):
             report = getattr(self.plant.gel, "report", None)
             if report is None:
                 strain = self.plant.greatest_strain
-                warnings, invalid = strain_warnings(strain), invalid_reasons(strain)
+                invalid = [*invalid_reasons(strain), *self.plant.invalid]
+                warnings = [*strain_warnings(strain), *self.plant.invalid]
                 summary = f"{self._model}: its error is not checked (simulated)"
                 return {"model": self._model, "summary": summary, "warnings": warnings, "invalid": invalid}
             found = report()
-            return {"model": self._model, "summary": f"{self._model}: {found.summary}", **found.as_json()}
+            told = {"model": self._model, "summary": f"{self._model}: {found.summary}", **found.as_json()}
+            for key in ("warnings", "invalid"):
+                told[key] = [*told[key], *self.plant.invalid]
+            return told
 
     def history(self) -> tuple[CellTruth, ...]:
         """Return the truth of each recorded step, oldest first; empty unless the option `history_s` is set."""

@@ -60,7 +60,7 @@ class _Shutter:
         def scene(offset_s: float) -> Scene:
             back = late_s - offset_s
             arm = plant.arm.position_m - back * plant.arm.velocity_m_s
-            return Scene(t_ns + nanoseconds(offset_s), arm, plant.body.height_m - back * plant.body.velocity_m_s)
+            return Scene(t_ns + nanoseconds(offset_s), arm, plant.object_height_m - back * plant.object_velocity_m_s)
 
         self.waiting.append(_Exposure(self._seq, t_ns, scene(-half_s), scene(half_s)))
         self._seq += 1

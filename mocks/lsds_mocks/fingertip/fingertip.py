@@ -104,8 +104,8 @@ class SimulatedFingertip:
             raise DataError(f'fingertip: options are {options!r}; pass ContactOptions(object="can"), for example')
         if not isinstance(look, GelSightOptions | None):
             raise DataError(f"fingertip: look is {look!r}; pass GelSightOptions(gel=7), for example")
-        if seed < 0:
-            raise DataError(f"fingertip: seed is {seed}; pass 0 or more")
+        if not isinstance(seed, int | np.integer) or seed < 0:
+            raise DataError(f"fingertip: seed is {seed!r}; pass a whole number from 0 on")
         if side not in ("front", "back"):
             raise DataError(f"fingertip: side is {side!r}; write 'front' or 'back'")
         if side == "back":
@@ -157,10 +157,10 @@ class SimulatedFingertip:
         `object_kg` replaces the mass in the options. The stiffness is that of a gel without history, indented as deeply
         as is valid: by a fifth of its thickness.
         """
-        if not pad_kg > 0:
-            raise DataError(f"fingertip: mass of a pad is {pad_kg} kg; pass more than 0, or math.inf for a fixed one")
-        if object_kg is not None and not object_kg > 0:
-            raise DataError(f"fingertip: mass of an object is {object_kg} kg; pass more than 0")
+        if not (_is_number(pad_kg) and pad_kg > 0):
+            raise DataError(f"fingertip: mass of a pad is {pad_kg!r} kg; pass more than 0, or math.inf for a fixed one")
+        if object_kg is not None and not (_is_number(object_kg) and object_kg > 0):
+            raise DataError(f"fingertip: mass of an object is {object_kg!r} kg; pass more than 0")
         of = self.options
         # A push at the grip also turns an object that is gripped away from its middle, as if its mass were less.
         off_centre = (of.grip_height_mm - of.length_mm / 2) / of.length_mm
@@ -190,10 +190,10 @@ class SimulatedFingertip:
             raise DataError(
                 "fingertip: poses of pad and object are not Pose; make them with Pose.of(position, rotation)"
             )
-        if not (isinstance(dt_s, int | float | np.floating) and math.isfinite(dt_s) and dt_s > 0):
+        if not (_is_number(dt_s) and math.isfinite(dt_s) and dt_s > 0):
             raise DataError(f"fingertip: time step is {dt_s!r} s; pass a positive number of seconds")
-        if normal_n is not None and not math.isfinite(normal_n):
-            raise DataError(f"fingertip: normal force is {normal_n} N; check whether the scene's simulation diverged")
+        if normal_n is not None and not (_is_number(normal_n) and math.isfinite(normal_n)):
+            raise DataError(f"fingertip: normal force is {normal_n!r} N; check whether the scene's simulation diverged")
         pad, target = pad.checked("fingertip: pose of the pad"), target.checked("fingertip: pose of the object")
         seen = target.seen_from(pad)
         self._time_s += dt_s
@@ -358,19 +358,23 @@ class SimulatedFingertip:
         place = self._place
         return dataclasses.replace(self.gel.state(), body=(place.x_m, place.y_m, place.angle_rad))
 
-    def _ignored_by_bristles(self) -> list[str]:
-        """Return where the object lies otherwise than bristles assume: at the pad's centre, along its y."""
+    def misplaced(self) -> dict[str, str]:
+        """Return in which ways the object lies so that results are not valid, and why: "tilt", "offset", "yaw"."""
+        found = {}
+        if self._tilt_rad > TILT_VALID_RAD:
+            tilt, most = math.degrees(self._tilt_rad), math.degrees(TILT_VALID_RAD)
+            found["tilt"] = f"object is tilted by {tilt:.0f} degrees against the pad: not valid beyond {most:.0f}"
+        # Bristles assume that the object lies at the pad's centre, along its y.
         if self.options.fidelity != "winkler" or self._lies is None:
-            return []
-        found = []
+            return found
         offset_m, yaw_rad = self._outline.offset_m(self._lies, self._pad_m[0]), self._outline.yaw_rad(self._lies)
         if offset_m > OFFSET_BRISTLES_M:
-            found.append(
+            found["offset"] = (
                 f"contact is {offset_m * 1e3:.1f} mm off the pad's centre: the gel 'winkler' ignores that, and is not "
                 f"valid beyond {OFFSET_BRISTLES_M * 1e3:g} mm; use 'pad' or 'auto'"
             )
         if yaw_rad > YAW_BRISTLES_RAD:
-            found.append(
+            found["yaw"] = (
                 f"object is turned by {math.degrees(yaw_rad):.0f} degrees about the pad's normal: the gel 'winkler' "
                 f"ignores that, and is not valid beyond {math.degrees(YAW_BRISTLES_RAD):.0f}; use 'pad' or 'auto'"
             )
@@ -379,12 +383,9 @@ class SimulatedFingertip:
     def truth(self) -> FingertipTruth:
         """Return the true state."""
         invalid = invalid_reasons(self._deepest_m / self._thickness_m)
-        if self._tilt_rad > TILT_VALID_RAD:
-            tilt, most = math.degrees(self._tilt_rad), math.degrees(TILT_VALID_RAD)
-            invalid.append(f"object is tilted by {tilt:.0f} degrees against the pad: not valid beyond {most:.0f}")
+        invalid += self.misplaced().values()
         if self._tilt_rad > TILT_MOST_RAD:
             invalid.append(f"beyond a tilt of {math.degrees(TILT_MOST_RAD):.0f} degrees the pad carries nothing")
-        invalid += self._ignored_by_bristles()
         speed = self._speed if self._slips else NO_MOTION
         load = self._reaction
         return FingertipTruth(
@@ -401,6 +402,10 @@ class SimulatedFingertip:
             stick_ratio=self.gel.stick_ratio,
             invalid=tuple(invalid),
         )
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float | np.integer | np.floating)
 
 
 def _moved_at(offset_m: tuple[float, float], moved: Motion) -> Motion:

@@ -10,7 +10,7 @@ from lsds_mocks.cell.options import ContactOptions
 class MujocoCellOptions(ContactOptions):
     """Options of `[cell.mujoco]`: object, friction and gel as in `[cell.simulated]`, and the scene that holds them.
 
-    Without `scene`, a pipe stands between two pads, as the object's options describe it. A scene of your own needs two
+    Without `scene`, the object of the catalogue stands between two pads. A scene of your own needs two
     frames on the pads and one on the object (sites or bodies), an actuator that sets the height of the pads above
     their start (m), and one that sets the way (m) by which each finger closes from its start.
     """

@@ -18,7 +18,14 @@ from lsds.errors import ConfigError, ConfigIssue, DataError
 from lsds.support.extras import require
 from lsds_mocks.cell.build import build_friction, cell_of, plant_streams
 from lsds_mocks.fingertip.fingertip import SimulatedFingertip
-from lsds_mocks.fingertip.mujoco_scene import MujocoFingertip, MujocoScene, frame_kind, mass_of, mujoco_engine
+from lsds_mocks.fingertip.mujoco_scene import (
+    MujocoFingertip,
+    MujocoScene,
+    frame_kind,
+    mass_of,
+    mujoco_engine,
+    velocity_m_s,
+)
 from lsds_mocks.fingertip.pipe import PAD_KG, longest_step_s, pipe_mjcf
 from lsds_mocks.plant.physics import FINGERS, Physics
 from lsds_mocks.plant.slip import drops
@@ -52,6 +59,7 @@ class MujocoPlant(Physics):
         model, data = _model(options, self._left)
         for key in ("left_pad", "right_pad", "held"):
             _require_frame(model, options, key)
+        self.gravity_m_s2 = _gravity_m_s2(model)
         self._scene = MujocoScene(
             model,
             data,
@@ -81,6 +89,7 @@ class MujocoPlant(Physics):
         self._vibration = Vibration(options.vibration_um * 1e-6, plant_streams(seed)[2])
         self._time_s = 0.0
         self._deepest_m = 0.0
+        self._misplaced: dict[str, str] = {}
         self.normal_n = 0.0
         self.supported = True
         self.dropped = False
@@ -94,6 +103,21 @@ class MujocoPlant(Physics):
     def greatest_strain(self) -> float:
         """Greatest indentation so far, as part of the gel's thickness."""
         return self._deepest_m / (self._options.pad_thickness_mm * 1e-3)
+
+    @property
+    def invalid(self) -> tuple[str, ...]:
+        """Why results so far are not valid, apart from the strain of the gel."""
+        return tuple(self._misplaced.values())
+
+    @property
+    def object_height_m(self) -> float:
+        """Height of the object above its start, m."""
+        return self._height() - self._foot_m
+
+    @property
+    def object_velocity_m_s(self) -> float:
+        """Upward velocity of the object, m/s."""
+        return velocity_m_s(self._scene.model, self._scene.data, self._target)
 
     def step(self, dt_s: float) -> None:
         """Advance the drives and the scene. Raises DataError if the object gets as deep in a gel as that is thick, and
@@ -111,6 +135,9 @@ class MujocoPlant(Physics):
         truths = [finger.tip.truth() for finger in self._scene.fingertips]
         self.normal_n = sum(each.normal_force_n for each in truths) / FINGERS
         self._deepest_m = max(self._deepest_m, *(each.indentation_m for each in truths))
+        if not self.dropped:
+            for finger in self._scene.fingertips:
+                self._misplaced = finger.tip.misplaced() | self._misplaced
         self.supported = self._is_supported()
         most_slip_m = self._options.drop_slip_mm * 1e-3
         self.dropped = self.dropped or drops(self.normal_n, self.supported, truths[0].slip_distance_m, most_slip_m)
@@ -134,7 +161,7 @@ class MujocoPlant(Physics):
             tangential_force_n=math.hypot(*of.force_n),
             required_normal_force_n=self.normal_for(self._mass_kg, friction),
             aperture_m=self.fingers.aperture_m,
-            object_height_m=self._height() - self._foot_m,
+            object_height_m=self.object_height_m,
             supported=self.supported,
             dropped=self.dropped,
         )
@@ -178,6 +205,14 @@ def _model(options: MujocoCellOptions, tip: SimulatedFingertip) -> tuple[Any, An
     data = engine.MjData(model)
     engine.mj_forward(model, data)
     return model, data
+
+
+def _gravity_m_s2(model: Any) -> float:
+    """Return the acceleration of gravity. Raises DataError if it does not pull downwards only."""
+    x, y, z = model.opt.gravity.tolist()
+    if x or y or not z < 0:
+        raise DataError(f"gravity of the scene is {x:g} {y:g} {z:g}; the cell lifts against one along -z: 0 0 -9.81")
+    return -float(z)
 
 
 def _require_frame(model: Any, options: MujocoCellOptions, key: str) -> None:

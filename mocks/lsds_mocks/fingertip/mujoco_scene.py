@@ -165,8 +165,8 @@ class MujocoScene:
         require("mujoco", extra="mujoco", purpose="a fingertip in a MuJoCo scene")
         if mode not in ("feel", "see"):
             raise DataError(f"MuJoCo scene: mode is {mode!r}; write 'feel' or 'see'")
-        if not isinstance(every, int) or every < 1:
-            raise DataError(f"MuJoCo scene: every is {every}; pass a whole number from 1 on")
+        if not isinstance(every, int | np.integer) or every < 1:
+            raise DataError(f"MuJoCo scene: every is {every!r}; pass a whole number from 1 on")
         if any(fingertip.data is not data or fingertip.model is not model for fingertip in fingertips):
             raise DataError(
                 "MuJoCo scene: a fingertip belongs to another model or other data; make all with those of the scene"
@@ -194,8 +194,8 @@ class MujocoScene:
         Raises DataError for a command that is no number, if MuJoCo's simulation diverges, if MuJoCo collides what a
         fingertip feels, if a callback of MuJoCo writes over the wrenches, and for poses that a fingertip cannot have.
         """
-        if steps < 0:
-            raise DataError(f"MuJoCo scene: asked for {steps} steps; pass 0 or more")
+        if not isinstance(steps, int | np.integer) or steps < 0:
+            raise DataError(f"MuJoCo scene: asked for {steps!r} steps; pass a whole number from 0 on")
         mujoco, model, data = mujoco_engine(), self.model, self.data
         for _ in range(steps):
             if data.time < self._time_s:
@@ -250,10 +250,10 @@ class MujocoScene:
         engine = mujoco_engine()
         if keyframe is None:
             engine.mj_resetData(self.model, self.data)
-        elif 0 <= keyframe < self.model.nkey:
+        elif isinstance(keyframe, int | np.integer) and 0 <= keyframe < self.model.nkey:
             engine.mj_resetDataKeyframe(self.model, self.data, keyframe)
         else:
-            raise DataError(f"MuJoCo scene: the model has {self.model.nkey} keyframes, and no number {keyframe}")
+            raise DataError(f"MuJoCo scene: the model has {self.model.nkey} keyframes, and no number {keyframe!r}")
         engine.mj_forward(self.model, self.data)
         self.forget()
 
@@ -304,6 +304,13 @@ def mass_of(model: Any, body: int) -> float:
     return float(model.body_subtreemass[top]) if top and model.body_mocapid[top] < 0 else math.inf
 
 
+def velocity_m_s(model: Any, data: Any, body: int) -> float:
+    """Return the upward velocity (m/s) of a body's origin."""
+    engine, motion = mujoco_engine(), np.zeros(6)
+    engine.mj_objectVelocity(model, data, engine.mjtObj.mjOBJ_XBODY, body, motion, 0)
+    return float(motion[5])
+
+
 class _Frame(NamedTuple):
     """A frame of a model: "site" or "body", its number, and the number of the body that carries it."""
 
@@ -319,7 +326,7 @@ class _Frame(NamedTuple):
 
 def _frame(model: Any, name: str) -> _Frame:
     """Return the frame of a name. Raises DataError for one that the model does not have."""
-    kind = frame_kind(model, name)
+    kind = frame_kind(model, name) if isinstance(name, str) else None
     if kind is None:
         raise DataError(f"MuJoCo scene: no site and no body {name!r} in the model; name the frame of pad or object")
     number = int(getattr(model, kind)(name).id)

@@ -137,8 +137,13 @@ def pipe_scene(
     step_s: float | None = None,
     every: int = 1,
 ) -> MujocoScene:
-    """Return a scene with two fingertips at an object; the default is the pipe on the fast gel of bristles."""
+    """Return a scene with two fingertips at an object; the default is the pipe on the fast gel of bristles.
+
+    Raises DataError for a time step that is not positive.
+    """
     require("mujoco", extra="mujoco", purpose="the scene of a pipe")
+    if step_s is not None and not 0 < step_s < math.inf:
+        raise DataError(f"scene of a pipe: time step is {step_s} s; pass a positive number of seconds, or None")
     engine = mujoco_engine()
     options = options or ContactOptions(fidelity="winkler")
     sides: tuple[tuple[str, Side], ...] = (("left", "front"), ("right", "back"))

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 _ROTATION_ERROR = 1e-3
 """Greatest deviation of R^T R from the identity that still counts as a rotation."""
+_NO_ROTATION = "the matrix is not a rotation; pass columns of orthogonal, right-handed unit axes"
 
 
 class Pose(NamedTuple):
@@ -28,22 +29,34 @@ class Pose(NamedTuple):
 
         Raises DataError, which names the pose, for values that are not finite or do not form a rotation.
         """
-        place = np.array(position_m, np.float64).ravel()
-        turn = np.eye(3) if rotation is None else np.array(rotation, np.float64).ravel()
+        try:
+            place = np.array(position_m, np.float64).ravel()
+            turn = np.eye(3) if rotation is None else np.array(rotation, np.float64).ravel()
+        except (TypeError, ValueError) as error:
+            raise DataError(f"{name}: position or rotation is not made of numbers: {error}") from error
         if place.size != 3 or turn.size != 9:
             raise DataError(f"{name}: position has {place.size} values and rotation {turn.size}; pass 3 and 9")
         turn = turn.reshape(3, 3)
         pose = cls(place, turn).checked(name)
         if np.abs(turn.T @ turn - np.eye(3)).max() > _ROTATION_ERROR or np.linalg.det(turn) < 0:
-            raise DataError(f"{name}: the matrix is not a rotation; pass columns of orthogonal, right-handed unit axes")
+            raise DataError(f"{name}: {_NO_ROTATION}")
         return pose
 
     def checked(self, name: str) -> Pose:
-        """Return this pose; raise DataError, which names it, if a value is not finite."""
+        """Return this pose; raise DataError, which names it, for other shapes, for a value that is not finite, and for
+        axes that are too long or too short."""
         if not (isinstance(self.position_m, np.ndarray) and isinstance(self.rotation, np.ndarray)):
             raise DataError(f"{name}: position and rotation are no arrays; make it with Pose.of(position, rotation)")
+        if self.position_m.shape != (3,) or self.rotation.shape != (3, 3):
+            raise DataError(
+                f"{name}: position has the shape {self.position_m.shape} and rotation {self.rotation.shape}; pass (3,) "
+                "and (3, 3)"
+            )
         if not math.isfinite(self.position_m.sum() + self.rotation.sum()):
             raise DataError(f"{name}: a value is not finite; check whether the scene's simulation diverged")
+        # A pose is checked in each step: the squares of three unit axes cost a tenth of the full test.
+        if abs(float(np.vdot(self.rotation, self.rotation)) - 3) > 3 * _ROTATION_ERROR:
+            raise DataError(f"{name}: {_NO_ROTATION}")
         return self
 
     def seen_from(self, base: Pose) -> Pose:

@@ -253,7 +253,7 @@ class PlantMock:
 
     def _publish(self, cell: SimulatedCell[Plant]) -> None:
         plant = cell.plant
-        self._scenes.append(Scene(cell.t_ns, plant.arm.position_m, plant.body.height_m))
+        self._scenes.append(Scene(cell.t_ns, plant.arm.position_m, plant.object_height_m))
         for client in list(self._clients.values()):
             if client.want is not Want.NOTHING:
                 self._send_state(client, cell)

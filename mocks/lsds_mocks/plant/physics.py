@@ -31,6 +31,7 @@ class Physics(ABC):
     turn: ArmAxis
     fingers: FingerDrive
     normal_n: float
+    gravity_m_s2: float = GRAVITY_M_S2
 
     def __init__(self, arm_m: float) -> None:
         self.arm = ArmAxis(arm_m)
@@ -46,6 +47,21 @@ class Physics(ABC):
     @abstractmethod
     def greatest_strain(self) -> float:
         """Greatest indentation so far, as part of the gel's thickness."""
+
+    @property
+    def invalid(self) -> tuple[str, ...]:
+        """Why results so far are not valid, apart from the strain of the gel."""
+        return ()
+
+    @property
+    @abstractmethod
+    def object_height_m(self) -> float:
+        """Height of the object above its start, m."""
+
+    @property
+    @abstractmethod
+    def object_velocity_m_s(self) -> float:
+        """Upward velocity of the object, m/s."""
 
     @abstractmethod
     def step(self, dt_s: float) -> None:
@@ -85,5 +101,5 @@ class Physics(ABC):
     def normal_for(self, mass_kg: float, friction: float, push_n: float = 0.0) -> float:
         """Return the least normal force per finger (N) that carries a mass against gravity, the arm's acceleration and
         a push, at a static friction coefficient."""
-        pull_n = mass_kg * (GRAVITY_M_S2 + max(self.arm.acceleration_m_s2, 0.0))
+        pull_n = mass_kg * (self.gravity_m_s2 + max(self.arm.acceleration_m_s2, 0.0))
         return (pull_n + push_n) / (FINGERS * friction)

@@ -199,6 +199,16 @@ class Plant(Physics):
         return self._squeeze.deepest_m / self.parameters.pad_thickness_m
 
     @property
+    def object_height_m(self) -> float:
+        """Height of the object above its start, m."""
+        return self.body.height_m
+
+    @property
+    def object_velocity_m_s(self) -> float:
+        """Upward velocity of the object, m/s."""
+        return self.body.velocity_m_s
+
+    @property
     def mass_kg(self) -> float:
         """Mass of the object including poured-in material, kg."""
         return self.parameters.mass_kg * self._changes.mass(self._time_s)
@@ -221,7 +231,7 @@ class Plant(Physics):
             tangential_force_n=self.tangential_n,
             required_normal_force_n=self.required_normal_n,
             aperture_m=self.fingers.aperture_m,
-            object_height_m=self.body.height_m,
+            object_height_m=self.object_height_m,
             supported=self.body.supported,
             dropped=self.dropped,
         )

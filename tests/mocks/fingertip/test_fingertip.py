@@ -249,7 +249,7 @@ def test_motion_is_that_of_the_material_at_the_pad():
         (lambda: fingertip().step(((0, 0, 0), np.eye(3)), at(0.0), DT_S), r"make them with Pose\.of"),
         (lambda: SimulatedFingertip("can"), r"pass ContactOptions\(object=\"can\"\)"),
         (lambda: fingertip().stable_step_s(0.0), "mass of a pad is 0.0 kg"),
-        (lambda: SimulatedFingertip(seed=-1), "seed is -1; pass 0 or more"),
+        (lambda: SimulatedFingertip(seed=-1), "seed is -1; pass a whole number from 0 on"),
     ],
 )
 def test_bad_input_is_one_error_with_its_remedy(make, message):
@@ -441,7 +441,13 @@ def test_a_slide_along_y_alone_has_the_torque_of_its_shear():
     [
         (lambda tip: tip.stable_step_s(0.5, 0.0), "mass of an object is 0"),
         (lambda tip: tip.stable_step_s(0.5, -1.0), "mass of an object is -1"),
+        (lambda tip: tip.stable_step_s("1"), "mass of a pad is '1'"),
         (lambda tip: tip.step(PAD, at(1e-4), "0.002"), "time step is '0.002' s"),
+        (lambda tip: tip.step(PAD, at(1e-4), DT_S, normal_n="5"), "normal force is '5' N"),
+        (lambda tip: tip.step(PAD, Pose(np.zeros(2), np.eye(3)), DT_S), r"position has the shape \(2,\)"),
+        (lambda tip: tip.step(PAD, Pose(at(1e-4).position_m, 2 * np.eye(3)), DT_S), "is not a rotation"),
+        (lambda tip: Pose.of("abc"), "not made of numbers"),
+        (lambda tip: SimulatedFingertip(seed=1.5), "seed is 1.5; pass a whole number"),
         (lambda tip: tip.step(PAD, Pose([0, 0, 0.01], [[1, 0, 0], [0, 1, 0], [0, 0, 1]]), DT_S), "are no arrays"),
         (lambda tip: SimulatedFingertip(None, {"gel": 7}), "look is"),
     ],

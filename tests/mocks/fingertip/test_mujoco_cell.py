@@ -153,3 +153,38 @@ def test_a_command_that_an_actuator_clamps_is_an_error_and_no_drop(tmp_path):
 def test_pads_near_the_table_grip_as_higher_ones_do(height_mm):
     """The pads' geoms met the table, which pressed them apart."""
     assert lifted(f"cell.mujoco.grip_height_mm={height_mm}").verdict.in_grip
+
+
+@pytest.mark.parametrize("turn", ['xyaxes="0 -1 0 0 0 -1" pos="0 0.002 0"', 'xyaxes="0 -.866 .5 0 -.5 -.866"'])
+def test_an_object_that_lies_where_results_are_not_valid_is_no_held_one(tmp_path, turn):
+    """The run's verdict said "held", while the fingertip named the offset, or the turn."""
+    options = scene_with(tmp_path, 'name="held" xyaxes="0 -1 0 0 0 -1"', f'name="held" {turn}')
+    result = lifted(f"cell.mujoco.scene={options.scene}")
+    assert result.verdict.outcome == "outside the model's validity"
+    assert "winkler' ignores that" in result.verdict.sentence
+
+
+def test_the_needed_force_is_that_of_the_scenes_gravity(tmp_path):
+    options = scene_with(tmp_path, '<option timestep="0.001"', '<option timestep="0.001" gravity="0 0 -1.62"')
+    truth = lifted(f"cell.mujoco.scene={options.scene}").truths[-1]
+    assert truth.required_normal_force_n == pytest.approx(0.3 * 1.62 / 2 / 0.55, rel=0.05)
+
+
+@pytest.mark.parametrize("gravity", ["0 0 0", "1 0 -9.81", "0 0 9.81"])
+def test_a_gravity_that_does_not_pull_down_is_named(tmp_path, gravity):
+    options = scene_with(tmp_path, '<option timestep="0.001"', f'<option timestep="0.001" gravity="{gravity}"')
+    with pytest.raises(DataError, match=f"gravity of the scene is {gravity}"):
+        MujocoPlant(options, [1])
+
+
+def test_a_camera_that_measures_poses_sees_the_object_rise():
+    result = lifted("pose_source.backend=mock-truth-camera")
+    assert result.verdict.outcome == "held"
+    plant = MujocoPlant(MujocoCellOptions(fidelity="winkler"), [1])
+    plant.step(2e-3)
+    assert plant.object_height_m == pytest.approx(0.0, abs=1e-4)
+    plant._scene.data.qvel[-4] = 0.25
+    before = plant.object_height_m
+    plant.step(2e-3)
+    assert plant.object_velocity_m_s == pytest.approx(0.25, abs=0.03)
+    assert plant.object_height_m - before == pytest.approx(0.25 * 2e-3, rel=0.1)

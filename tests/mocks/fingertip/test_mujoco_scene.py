@@ -10,6 +10,7 @@ from lsds_mocks.cell.options import CellOptions
 from lsds_mocks.fingertip.fingertip import SimulatedFingertip
 from lsds_mocks.fingertip.mujoco_scene import MujocoFingertip, MujocoScene
 from lsds_mocks.fingertip.pipe import CLEARANCE_M, pipe_mjcf, pipe_scene
+from lsds_mocks.fingertip.pose import Pose
 
 from lsds.errors import DataError
 from tests.mocks.fingertip.lifts import EVEN, lift_in_cell, lift_in_scene
@@ -49,26 +50,39 @@ def test_the_tangential_force_of_a_hanging_pipe_is_its_weight(fidelity):
     assert sum(truth.force_n[1] for truth in truths(scene)) == pytest.approx(WEIGHT_N, rel=0.02)
 
 
-def test_the_normal_force_rises_with_the_squeeze():
-    scene = pipe_scene(pipe())
+def test_steps_may_be_whole_numbers_of_numpy():
+    scene = pipe_scene(pipe(), every=np.int64(2))
+    scene.step(np.int64(4))
+    assert scene.data.time == pytest.approx(4 * scene.model.opt.timestep)
+
+
+@pytest.mark.parametrize(
+    ("name", "fidelity"), [("pvc-pipe", "winkler"), ("pvc-pipe", "auto"), ("ball", "winkler"), ("book", "winkler")]
+)
+def test_the_normal_force_rises_with_the_squeeze(name, fidelity):
+    scene = pipe_scene(pipe(object=name, fidelity=fidelity))
     forces = []
     for grip_n in (1.0, 2.0, 4.0, 6.0, 8.0):
         scene.data.actuator("squeeze").ctrl = grip_n
-        scene.step(150)
+        scene.step(round(0.3 / scene.model.opt.timestep))
         forces.append(truths(scene)[0].normal_force_n)
     assert forces == pytest.approx([1.0, 2.0, 4.0, 6.0, 8.0], rel=0.02)
 
 
-def test_the_tangential_force_rises_with_the_load():
-    scene = lifted(grip_n=10.0)
+@pytest.mark.parametrize(
+    ("name", "fidelity"), [("pvc-pipe", "winkler"), ("pvc-pipe", "auto"), ("ball", "winkler"), ("can", "winkler")]
+)
+def test_the_tangential_force_rises_with_the_load(name, fidelity):
+    scene = lifted(grip_n=10.0, object=name, fidelity=fidelity, static_friction=0.9, kinetic_friction=0.8)
+    weight_n = 9.81 * scene.model.body("object").subtreemass[0]
     forces = []
     for extra_n in np.arange(0.0, 6.0):
         scene.data.qfrc_applied[scene.model.joint("lift").dofadr] = 0.0
         # The test's own force on the object stays next to the fingertips'.
         scene.data.xfrc_applied[scene.model.body("object").id, 2] -= 1.0 if extra_n else 0.0
-        scene.step(150)
+        scene.step(round(0.3 / scene.model.opt.timestep))
         forces.append(sum(truth.force_n[1] for truth in truths(scene)))
-    assert forces == pytest.approx(WEIGHT_N + np.arange(0.0, 6.0), rel=0.02)
+    assert forces == pytest.approx(weight_n + np.arange(0.0, 6.0), rel=0.02)
 
 
 def test_forces_of_the_program_are_left_alone():
@@ -310,7 +324,14 @@ def test_a_contact_that_mujoco_carries_too_is_an_error():
         (lambda scene: MujocoScene(scene.model, scene.data, [], every=0), "pass a whole number from 1 on"),
         (lambda scene: MujocoScene(scene.model, scene.data, [], every=1.5), "pass a whole number from 1 on"),
         (lambda scene: scene.step(-1), "asked for -1 steps"),
+        (lambda scene: scene.step(1.5), "asked for 1.5 steps; pass a whole number"),
         (lambda scene: scene.reset(keyframe=7), "the model has 0 keyframes, and no number 7"),
+        (lambda scene: scene.reset(keyframe="a"), "the model has 0 keyframes, and no number 'a'"),
+        (lambda scene: pipe_scene(pipe(), step_s=math.nan), "time step is nan s"),
+        (
+            lambda scene: MujocoFingertip(scene.model, scene.data, scene.fingertips[0].tip, pad=None, target="held"),
+            "no site and no body None",
+        ),
         (
             lambda scene: MujocoFingertip(scene.model, scene.data, scene.fingertips[0].tip, pad="thumb", target="held"),
             "no site and no body 'thumb'",
@@ -496,3 +517,37 @@ def test_what_the_finger_carries_beside_its_pad_does_not_press_on_the_pad():
     scene = MujocoScene(model, data, [MujocoFingertip(model, data, tip, pad="pad", target="held")], mode="see")
     scene.step(600)
     assert tip.truth().normal_force_n < 0.01
+
+
+def test_a_ball_is_one_point_to_touch_grid_and_a_growing_patch_to_a_fingertip():
+    """MuJoCo's own tactile sensor, mujoco #1922."""
+    cells, patches = [], []
+    for load_n in (1.0, 6.0):
+        model = mujoco.MjModel.from_xml_string(
+            f"""
+<mujoco>
+  <extension><plugin plugin="mujoco.sensor.touch_grid"/></extension>
+  <worldbody>
+    <geom type="box" size="0.0125 0.0101 0.002"/>
+    <site name="pad" pos="0 0 0.002"/>
+    <body pos="0 0 0.0222"><freejoint/><geom type="sphere" size="0.02" mass="{load_n / 9.81}"/></body>
+  </worldbody>
+  <sensor>
+    <plugin name="grid" plugin="mujoco.sensor.touch_grid" objtype="site" objname="pad">
+      <config key="size" value="16 16"/><config key="fov" value="45 45"/><config key="nchannel" value="3"/>
+    </plugin>
+  </sensor>
+</mujoco>"""
+        )
+        data = mujoco.MjData(model)
+        mujoco.mj_step(model, data, 1500)
+        grid = data.sensor("grid").data.reshape(3, 16, 16)[0]
+        assert grid.sum() == pytest.approx(-load_n, rel=0.01)
+        cells.append(np.count_nonzero(grid))
+        ball = {"shape": "sphere", "diameter_mm": 40.0, "length_mm": 40.0, "grip_height_mm": 20.0, "fidelity": "auto"}
+        tip = SimulatedFingertip(CellOptions(**ball))
+        tip.step(Pose.of((0, 0, 0)), Pose.of((0, 0, 0.02)), 2e-3, normal_n=load_n)
+        patches.append(tip.gel.contact_fraction(tip.gel_state(), 0.0186, 0.0143))
+    assert cells == [1, 1]
+    assert patches[0] > 0.05
+    assert patches[1] > 1.5 * patches[0]

@@ -116,7 +116,7 @@ class ScriptedCell:
 
     def _moving(self) -> _Moving:
         plant = self._cell.plant
-        return plant.gel_state(), plant.arm.position_m, plant.body.height_m
+        return plant.gel_state(), plant.arm.position_m, plant.object_height_m
 
 
 class RestingGel:
