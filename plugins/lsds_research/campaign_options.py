@@ -2,15 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, Field
+from pydantic import AfterValidator, BaseModel, Field
 
+from lsds.config.overrides import override_texts, parse_override
+from lsds.errors import ConfigIssue
 from lsds_research.cluster import HELP
+from lsds_research.search.space import flat
+
+
+def without_tables(settings: Sequence[str]) -> list[str]:
+    """Return settings `key=value` with each value of a table as a setting of its own.
+
+    A table as a whole would replace the keys that a study draws or varies in it.
+    """
+    found: list[str] = []
+    for text in settings:
+        parsed = parse_override(text)
+        if isinstance(parsed, ConfigIssue) or not isinstance(parsed[1], dict):
+            found.append(text)
+        else:
+            found += override_texts(dict(flat(parsed[1], ".".join(parsed[0]) + ".")))
+    return found
+
 
 Settings = Annotated[
     list[str],
+    AfterValidator(without_tables),
     Field(description="config key that every run sets", json_schema_extra={"flag": "--with", "metavar": "KEY=VALUE"}),
 ]
 Out = Annotated[

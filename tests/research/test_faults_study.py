@@ -8,9 +8,10 @@ import pytest
 from lsds_research.studies.faults.case import Case, run_case
 from lsds_research.studies.faults.options import FaultsOptions
 from lsds_research.studies.faults.paired import holm, mcnemar, sign_test
-from lsds_research.studies.faults.study import _bounds_note, _compared, _judged, _planned, _summary, _unit
+from lsds_research.studies.faults.study import _bounds_note, _compared, _judged, _others_note, _planned, _summary, _unit
 
 from lsds.cli.main import main
+from lsds.config import load_config
 
 ASKED = ("study", "faults", "--fault", "gripper-stuck", "--fault", "camera-dark", "--severity", "1")
 
@@ -157,6 +158,32 @@ def test_a_setting_that_the_study_varies_is_refused(key, capsys):
     """It would make all runs one, which counted as different controllers or seeds."""
     assert main(["study", "faults", "--fault", "gripper-late", "--with", key, "--no-plot"]) == 2
     assert "this study sets the key itself" in capsys.readouterr().err
+
+
+def test_a_table_that_sets_what_the_study_varies_is_refused(capsys):
+    assert main(["study", "faults", "--with", 'controller={backend="pd"}', "--no-plot"]) == 2
+    assert "this study sets the key itself" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("setting", ["job.backend=watch", "job.backend=hold"])
+def test_a_job_that_never_ends_is_refused(setting, capsys):
+    assert main(["study", "faults", "--with", setting, "--no-plot"]) == 2
+    assert "never ends by itself" in capsys.readouterr().err
+
+
+def test_a_rig_keeps_its_own_faults_under_the_one_that_is_tested(tmp_path):
+    """The run without the fault had them, the run with it did not."""
+    rig = tmp_path / "rig.toml"
+    rig.write_text('[[faults]]\nbackend = "gripper-slow"\nseverity = 1\n', "utf-8")
+    config = load_config(rig, Case("belief", "fused", 1, "camera-noise", 3, "lift", rig=str(rig)).overrides())
+    assert [fault.backend for fault in config.faults] == ["gripper-slow", "camera-noise"]
+
+
+def test_errors_in_runs_that_are_not_judged_are_stated():
+    quiet = {"unnamed": False, "arm_moves_after_stop": None}
+    assert _others_note([quiet, quiet]) == []
+    (note,) = _others_note([quiet | {"unnamed": True}, quiet | {"opened": True, "arm_moves_after_stop": 2}])
+    assert "2 runs that were left out or have no fault: 1 unnamed errors, 1 opened, and 1 with arm commands" in note
 
 
 @pytest.mark.parametrize("severity", ["0", "6"])

@@ -8,11 +8,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from lsds_mocks.objects.catalogue import CATALOGUE
+from lsds_research.search.fixed_keys import held_fixed
+from lsds_research.search.objects import OBJECTS, completed
 from lsds_research.search.plot import _short
+from lsds_research.search.risk_options import RiskOptions
 from lsds_research.search.robustness import STOPPED_MARGIN, Limits, hangs, margins_of, run_scenario
 from lsds_research.search.seek import seek
 from lsds_research.search.shrink import shrunk
-from lsds_research.search.space import DEFAULT, Axis, held_fixed, point_to_scenario, read_space
+from lsds_research.search.space import DEFAULT, Axis, point_to_scenario, read_space
 
 from lsds.cli.main import main
 from lsds.clock import VirtualClock
@@ -98,8 +102,9 @@ def test_a_space_of_ones_own_is_read_and_its_mistakes_are_named(tmp_path):
     wrong = {
         "seed = 7": "is no range",
         "seed = [7, 3]": "is not below",
-        "seed = [0.01, inf]": "has no end",
-        "seed = [nan, 1.0]": "has no end",
+        "seed = [0.01, inf]": "is no number up to 1e\\+15",
+        "seed = [nan, 1.0]": "is no number up to 1e\\+15",
+        f"seed = [0, 1{400 * '0'}]": "is no number up to 1e\\+15",
         "": "no key with a range",
     }
     for text, message in wrong.items():
@@ -116,6 +121,41 @@ def test_a_key_that_the_settings_hold_fixed_is_not_drawn():
     drawn = [point_to_scenario(space, rng.random(len(space))) for _ in range(3)]
     assert {(one["task.lift_speed_m_s"], one["seed"]) for one in drawn} == {(0.02, 3)}
     assert len({one["cell.simulated.modulus_mpa"] for one in drawn}) == 3
+
+
+def test_the_name_of_an_object_fixes_its_properties():
+    """They were drawn over it: an owner of cans got the certificate of all objects."""
+    space, fixed = held_fixed(OBJECTS, ["cell.simulated.object=can", "cell.simulated.mass_kg=0.5"])
+    rng = np.random.default_rng(1)
+    drawn = [completed(point_to_scenario(space, rng.random(len(space)))) for _ in range(3)]
+    can = CATALOGUE["can"]
+    for one in drawn:
+        assert one["cell.simulated.shape"] == can.shape
+        assert one["cell.simulated.diameter_mm"] == can.diameter_mm
+        assert one["cell.simulated.mass_kg"] == 0.5
+        assert one["cell.simulated.kinetic_friction"] == pytest.approx(can.kinetic_friction, abs=1e-3)
+    assert "cell.simulated.length_mm" in fixed
+    assert len({one["task.first_squeeze_m"] for one in drawn}) == 3
+    # A space of objects by name draws other keys beside it.
+    assert held_fixed(DEFAULT, ["cell.simulated.object=can"])[1] == ["cell.simulated.object"]
+
+
+def test_a_table_in_the_settings_counts_key_by_key():
+    """As a whole it replaced the drawn keys, and escaped the rules for single keys."""
+    options = RiskOptions(settings=['cell.simulated={fidelity="winkler",mass_kg=0.1}', "seed=3", "faults=[]"])
+    assert options.settings == [
+        'cell.simulated.fidelity="winkler"',
+        "cell.simulated.mass_kg=0.1",
+        "seed=3",
+        "faults=[]",
+    ]
+
+
+@pytest.mark.parametrize("command", [["risk", "--plain"], ["search"], ["certify"]])
+def test_a_job_that_is_no_lift_is_refused(command, capsys):
+    """Holding until another program lets go never ended, and a release on purpose counted as a drop."""
+    assert main(["study", *command, "--runs", "20", "--with", "job.backend=hold", "--no-plot"]) == 2
+    assert "'hold' is no lift" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", [["risk", "--plain", "--runs", "20"], ["search", "--quick"]])

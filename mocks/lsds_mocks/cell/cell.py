@@ -98,10 +98,8 @@ class SimulatedCell(Generic[P]):
                 summary = f"{self._model}: its error is not checked (simulated)"
                 return {"model": self._model, "summary": summary, "warnings": warnings, "invalid": invalid}
             found = report()
-            told = {"model": self._model, "summary": f"{self._model}: {found.summary}", **found.as_json()}
-            for key in ("warnings", "invalid"):
-                told[key] = [*told[key], *self.plant.invalid]
-            return told
+            values = {"model": self._model, "summary": f"{self._model}: {found.summary}", **found.as_json()}
+            return values | {key: [*values[key], *self.plant.invalid] for key in ("warnings", "invalid")}
 
     def history(self) -> tuple[CellTruth, ...]:
         """Return the truth of each recorded step, oldest first; empty unless the option `history_s` is set."""

@@ -26,10 +26,11 @@ from lsds_research.certify.rig import simulated_rig
 from lsds_research.certify.sequential import Estimate, plain, sequential
 from lsds_research.certify.zones import Zone, zones
 from lsds_research.search.files import save_scenario
+from lsds_research.search.fixed_keys import held_fixed
 from lsds_research.search.objects import OBJECTS, completed
 from lsds_research.search.robustness import NOT_RUN, Limits, not_begun
 from lsds_research.search.scenarios import Scenarios, require_usable, undrawn_notes
-from lsds_research.search.space import held_fixed, read_space, values_of
+from lsds_research.search.space import read_space, values_of
 
 _COLUMNS = (
     ("figure", "of a lift (simulated)", ""),
@@ -49,7 +50,8 @@ USUAL_SLIP_MM = 60.0
 FEW = 5
 """Number of drops below which the lifts that would do are not predicted; chosen."""
 PRECISE = 0.5
-"""An interval whose half width exceeds this share of the probability is too wide for the budget to be called enough."""
+"""An interval whose half width exceeds this share of the probability, or of that of a hold, is too wide for the budget
+to be called enough."""
 
 
 class CertifyStudy:
@@ -281,11 +283,19 @@ def _notes(estimate: Estimate, is_plain: bool) -> list[str]:
         notes.append(
             f"no lift dropped: the probability is below {estimate.most:.1%}; a longer budget lowers this bound"
         )
-    elif half > PRECISE * estimate.estimate:
-        needed = estimate.runs * (half / (PRECISE * estimate.estimate)) ** 2
+    elif estimate.failed == estimate.runs:
         notes.append(
-            "the budget is too small: the interval is wider than the probability itself"
-            + (f"; about {needed:.0f} lifts would do" if estimate.failed >= FEW else "")
+            f"every lift dropped: the probability is above {estimate.least:.1%}; a longer budget raises this bound"
+        )
+    elif half > PRECISE * (rarer := min(estimate.estimate, 1 - estimate.estimate)):
+        needed = estimate.runs * (half / (PRECISE * rarer)) ** 2
+        notes.append(
+            "the budget is too small: the interval is wider than the probability itself, or than that of a hold"
+            + (
+                f"; about {needed:.0f} lifts would do"
+                if min(estimate.failed, estimate.runs - estimate.failed) >= FEW
+                else ""
+            )
         )
     return notes
 

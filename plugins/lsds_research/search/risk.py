@@ -13,12 +13,12 @@ import numpy as np
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds_research.campaign_options import quickened
+from lsds_research.search.fixed_keys import held_fixed
 from lsds_research.search.objects import chosen_space
 from lsds_research.search.risk_options import RiskOptions
 from lsds_research.search.risk_plot import plot_risk
 from lsds_research.search.robustness import Limits, not_begun
 from lsds_research.search.scenarios import Scenarios, not_holdable, require_usable, undrawn_notes
-from lsds_research.search.space import held_fixed
 from lsds_research.search.split import Points, Probability, counted, split
 
 _COLUMNS = (

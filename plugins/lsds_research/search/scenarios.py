@@ -16,7 +16,7 @@ from lsds.config.overrides import override_texts
 from lsds.errors import ConfigError
 from lsds.registry import PluginHost
 from lsds_research.cluster import Share, sharing
-from lsds_research.idle_keys import idle_keys, require_objects
+from lsds_research.idle_keys import idle_keys, require_lift, require_objects
 from lsds_research.named_files import files_of_settings
 from lsds_research.run_store import add_run, read_runs
 from lsds_research.search.robustness import NOT_RUN, Limits, least, run_scenario
@@ -181,6 +181,7 @@ def require_usable(
         try:
             config = load_config(None, [*override_texts(scenario), *limits.overrides(), *settings], host=host)
             require_objects(config, scenario)
+            require_lift(config)
         except ConfigError as error:
             raise ConfigError(f"{source or 'the default ranges'} with the settings", error.issues) from error
         idle |= idle_keys(config, scenario)

@@ -14,6 +14,8 @@ from lsds.config.reading import read_toml
 from lsds.errors import ConfigIssue, DataError
 from lsds_research.collecting.objects import PLANS
 
+GREATEST_END = 1e15
+"""Greatest absolute value of an end of a range: doubles hold whole numbers up to this one, and keys' limits are lower."""
 Value = str | float | int | bool
 Scenario = dict[str, Value]
 """Config keys that differ from their defaults."""
@@ -84,20 +86,6 @@ def values_of(settings: Iterable[str]) -> dict[str, Any]:
     return {".".join(one[0]): one[1] for one in parsed if not isinstance(one, ConfigIssue)}
 
 
-def held_fixed(space: Sequence[Axis], settings: Iterable[str]) -> tuple[tuple[Axis, ...], list[str]]:
-    """Return the space with the axes of keys that settings hold fixed at their values, and those keys.
-
-    Settings count above drawn values: an axis of such a key would be drawn without an effect.
-    """
-    values = values_of(settings)
-    fixed = [axis.key for axis in space if axis.key in values]
-    held = (
-        Axis(axis.key, choices=(values[axis.key],), usual=values[axis.key]) if axis.key in values else axis
-        for axis in space
-    )
-    return tuple(held), fixed
-
-
 def read_space(path: Path) -> tuple[Axis, ...]:
     """Return the space that a TOML file describes: `"task.lift_speed_m_s" = [0.01, 0.1]`, or a list of choices.
 
@@ -128,8 +116,8 @@ def _axis(path: Path, key: str, entry: Any) -> Axis:
     usual = next((axis.usual for axis in DEFAULT if axis.key == key), None)
     if len(entry) == 2 and all(isinstance(end, int | float) and not isinstance(end, bool) for end in entry):
         low, high = entry
-        if not (math.isfinite(low) and math.isfinite(high)):
-            raise DataError(f"{path}, {key}: the range {entry!r} has no end")
+        if not all(abs(end) <= GREATEST_END for end in entry):
+            raise DataError(f"{path}, {key}: an end of the range is no number up to {GREATEST_END:g}")
         if not low < high:
             raise DataError(f"{path}, {key}: the least value {low} is not below the greatest {high}")
         whole = isinstance(low, int) and isinstance(high, int)

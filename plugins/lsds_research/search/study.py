@@ -22,14 +22,15 @@ from lsds.support.extras import importable
 from lsds.support.processes import DIED, spread
 from lsds_research.campaign_options import quickened
 from lsds_research.search.files import save_scenario
+from lsds_research.search.fixed_keys import held_fixed
 from lsds_research.search.objects import chosen_space
 from lsds_research.search.options import SearchOptions
 from lsds_research.search.plot import plot_search
-from lsds_research.search.robustness import Limits
+from lsds_research.search.robustness import NOT_RUN, Limits, not_begun
 from lsds_research.search.scenarios import Scenarios, not_holdable, require_usable, undrawn_notes
 from lsds_research.search.seek import seek
 from lsds_research.search.shrink import shrunk
-from lsds_research.search.space import Scenario, held_fixed, point_to_scenario
+from lsds_research.search.space import Scenario, point_to_scenario
 
 _COLUMNS = (
     ("failure", "failure", ""),
@@ -76,7 +77,11 @@ class SearchStudy:
             rows = list(chain.from_iterable(answered))
             found = self._found(rows)
         failed = [row for row in rows if row["margin"] < 0]
-        stopped = Counter(row["fault"].split(":")[0] for row in rows if row["fault"] and row["margin"] >= 0)
+        stopped = Counter(
+            row["fault"].split(":")[0]
+            for row in rows
+            if row["fault"] and row["margin"] >= 0 and row["outcome"] != NOT_RUN
+        )
         notes = [
             f"{len(failed)} of {len(rows)} scenarios failed; {sum(stopped.values())} were stopped by an "
             "expected error; margin: 1 is best, below 0 a failure",
@@ -97,6 +102,7 @@ class SearchStudy:
                 "figures_are": "simulated",
                 "seed": self._seed,
             },
+            warnings=not_begun(rows),
         )
 
     def _found(self, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""The picture of a map: one panel per method, coloured by its figure, the failing region hatched."""
+"""The picture of a map: one panel per method, coloured by its figure, with a cross at each point that fails."""
 
 from __future__ import annotations
 

@@ -154,3 +154,40 @@ def test_an_interrupted_number_of_lifts_continues_from_its_file(planted, tmp_pat
     assert len(planted.asked) == 12 + 5
     with pytest.raises(ValidationError, match="out needs runs"):
         CertifyOptions(out=kept)
+
+
+def test_another_job_of_a_rig_is_replaced_by_a_lift(planted, tmp_path):
+    """Each release on purpose was a drop, so the probability was 100 %."""
+    rig = tmp_path / "rig.toml"
+    rig.write_text('[job]\nbackend = "hold"\n[job.hold]\nduration_s = 1.0\n')
+    result = planted(lambda _: HELD | {"margins": {"holds": 1.0}}, rig=str(rig))
+    assert any("job 'hold': lift, because a certificate counts lifts" in note for note in result.notes)
+    assert any(text.startswith("job.backend=") and "lift" in text for text in planted.settings[0])
+
+
+@pytest.mark.parametrize(
+    ("drops", "note"),
+    [
+        (16, "every lift dropped"),
+        (13, "the budget is too small"),
+        (3, "the budget is too small"),
+        (0, "no lift dropped"),
+    ],
+)
+def test_too_few_lifts_are_named_on_both_sides(planted, drops, note):
+    margins = [-1.0] * drops + [1.0] * (16 - drops)
+    result = planted(lambda count: HELD | {"margins": {"holds": margins[count]}})
+    assert any(note in text for text in result.notes)
+
+
+def test_an_error_that_nothing_raises_on_purpose_is_a_failure_and_not_left_out(planted):
+    broken = {"margins": {"named": -1.0}, "outcome": "not run", "fault": "ZeroDivisionError: division by zero"}
+    result = planted(lambda _: broken)
+    assert result.details["probability"]["failed"] == 16
+    assert not result.warnings
+
+
+@pytest.mark.parametrize("budget", [f"1{400 * '0'}h", "0s", "1001h", "10"])
+def test_a_budget_that_is_no_duration_is_named(budget):
+    with pytest.raises(ValidationError, match="is no duration up to 1000h"):
+        CertifyOptions(budget=budget)

@@ -48,8 +48,8 @@ def without_times(value):
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("name", CAMPAIGNS)
 def test_the_place_does_not_change_the_figures(name, tmp_path, dask):
-    pytest.importorskip("ray", reason="needs the extra ray")
     here = figures(tmp_path, CAMPAIGNS[name], ("--jobs", "1"))
     assert figures(tmp_path, CAMPAIGNS[name], ("--jobs", "2")) == here
     assert figures(tmp_path, CAMPAIGNS[name], ("--cluster", dask)) == here
+    pytest.importorskip("ray", reason="needs the extra ray")
     assert figures(tmp_path, CAMPAIGNS[name], ("--cluster", "ray")) == here

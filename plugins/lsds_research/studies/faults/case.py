@@ -74,7 +74,9 @@ class Case:
         overrides = [*override_texts(keys), *self.settings]
         if not self.fault:
             return overrides
+        # Those of the rig stay, as in the run without the fault.
         faults: list[dict[str, Any]] = [
+            *faults_of(self.rig),
             {"backend": self.fault, "at": self.moment, "severity": self.severity or None},
         ]
         if log:
@@ -86,6 +88,12 @@ class Case:
 def rig_keys(rig: str) -> frozenset[str]:
     """Return the config keys that a rig file gives; none for "". Raises ConfigError for a file that cannot be read."""
     return frozenset(key for key, _ in flat(read_toml(Path(rig)))) if rig else frozenset()
+
+
+@cache
+def faults_of(rig: str) -> tuple[dict[str, Any], ...]:
+    """Return the faults that a rig file injects itself; none for ""."""
+    return tuple(read_toml(Path(rig)).get("faults", ())) if rig else ()
 
 
 def run_case(case: Case) -> dict[str, Any] | str:

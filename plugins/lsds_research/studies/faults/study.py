@@ -18,7 +18,7 @@ from lsds.registry.backends import OWN_DISTRIBUTION, OWN_PREFIX
 from lsds.registry.host import PluginHost
 from lsds.session.verdict import Outcome
 from lsds_research.campaign_options import quickened
-from lsds_research.idle_keys import require_free
+from lsds_research.idle_keys import require_end, require_free
 from lsds_research.run_store import run_and_store
 from lsds_research.search.split import exact_bounds
 from lsds_research.studies.faults.case import OPENED_BY_FAULT_M, Case, run_case
@@ -105,7 +105,7 @@ class FaultsStudy:
         table = [_summary(name, _of(judged, "fault", name)) for name in sorted({row["fault"] for row in judged})]
         table.append(_summary("all", judged))
         unit = _unit(options)
-        notes = [EXPLAINED, _bounds_note(table[-1], unit), _arm_note(judged)]
+        notes = [EXPLAINED, _bounds_note(table[-1], unit), _arm_note(judged), *_others_note([*idle, *alone.values()])]
         compared = _compared(judged, unit)
         if compared:
             notes.append(COMPARED.format(unit=unit))
@@ -137,6 +137,7 @@ def _planned(options: FaultsOptions, seed: int) -> list[Case]:
     """Return the runs, those without a fault first. Raises PluginError for an unknown fault, controller, detector."""
     host = PluginHost()
     require_free(options.settings, VARIED)
+    require_end(load_config(Path(options.rig) if options.rig else None, options.settings, host=host))
     # Before the defaults are replaced, which then count as given.
     options = _of_the_rig(host, options)
     options = with_own_defaults(host, options, {"controllers": "controller", "detectors": "detector"})
@@ -245,6 +246,19 @@ def _arm_note(rows: Sequence[Row]) -> str:
     )
     absent = len(rows) - len(counts)
     return text + (f"; {absent} runs without an arm" if absent else "")
+
+
+def _others_note(rows: Sequence[Row]) -> list[str]:
+    """Return what happened in the runs that are not judged, if something did that may never happen."""
+    unnamed = sum(row["unnamed"] for row in rows)
+    opened = sum(row.get("opened", False) for row in rows)
+    moves = sum((row["arm_moves_after_stop"] or 0) > 0 for row in rows)
+    if not (unnamed or opened or moves):
+        return []
+    return [
+        f"in the {len(rows)} runs that were left out or have no fault: {unnamed} unnamed errors, {opened} opened, and "
+        f"{moves} with arm commands that move after the stop"
+    ]
 
 
 def _by_gel(rows: Sequence[Row], word: str) -> Row:
