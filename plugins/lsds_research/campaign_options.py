@@ -14,7 +14,7 @@ from lsds_research.search.space import flat
 
 
 def without_tables(settings: Sequence[str]) -> list[str]:
-    """Return settings `key=value` with each value of a table as a setting of its own.
+    """Return settings `key=value` with each value of a table as a separate setting.
 
     A table as a whole would replace the keys that a study draws or varies in it.
     """

@@ -136,7 +136,7 @@ def test_the_name_of_an_object_fixes_its_properties():
         assert one["cell.simulated.kinetic_friction"] == pytest.approx(can.kinetic_friction, abs=1e-3)
     assert "cell.simulated.length_mm" in fixed
     assert len({one["task.first_squeeze_m"] for one in drawn}) == 3
-    # A space of objects by name draws other keys beside it.
+    # A space of objects by name draws other keys as well.
     assert held_fixed(DEFAULT, ["cell.simulated.object=can"])[1] == ["cell.simulated.object"]
 
 
@@ -153,7 +153,7 @@ def test_a_table_in_the_settings_counts_key_by_key():
 
 @pytest.mark.parametrize("command", [["risk", "--plain"], ["search"], ["certify"]])
 def test_a_job_that_is_no_lift_is_refused(command, capsys):
-    """Holding until another program lets go never ended, and a release on purpose counted as a drop."""
+    """Holding until another program releases it never ended, and a release on purpose counted as a drop."""
     assert main(["study", *command, "--runs", "20", "--with", "job.backend=hold", "--no-plot"]) == 2
     assert "'hold' is no lift" in capsys.readouterr().err
 

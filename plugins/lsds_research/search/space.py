@@ -15,7 +15,7 @@ from lsds.errors import ConfigIssue, DataError
 from lsds_research.collecting.objects import PLANS
 
 GREATEST_END = 1e15
-"""Greatest absolute value of an end of a range: doubles hold whole numbers up to this one, and keys' limits are lower."""
+"""Greatest absolute value of an end of a range: up to this one a double holds every whole number."""
 Value = str | float | int | bool
 Scenario = dict[str, Value]
 """Config keys that differ from their defaults."""
