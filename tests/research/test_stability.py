@@ -129,7 +129,8 @@ def test_the_maps_may_be_written_to_a_folder_that_is_there(tmp_path, installed_h
 def test_the_stable_delay_of_the_linear_loop_is_drawn_beyond_the_edge_of_its_map(tmp_path):
     pytest.importorskip("control", reason="python-control is not installed: pip install control")
     of = map_named("loop-delay")
-    ((_, points),) = of.curves()
+    ((about, _, points),) = of.curves()
+    assert about == "pd"
     assert all(delay_ms < of.x.full[0] for delay_ms, _ in points)
     rows = [
         {"method": "pd", "x": x, "y": y, "figure": 0.05 * x, "passes": 0.05 * x <= of.limit}

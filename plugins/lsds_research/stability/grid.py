@@ -35,8 +35,8 @@ class Axis:
         return f"{self.name} ({self.unit})" if self.unit else self.name
 
 
-Curve = tuple[str, Sequence[tuple[float, float]]]
-"""A label and points (x, y)."""
+Curve = tuple[str, str, Sequence[tuple[float, float]]]
+"""The method that it is about, a label, and points (x, y)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,8 +44,8 @@ class StabilityMap:
     """A figure over two axes, for several methods.
 
     `measure(method, x, y, seed)` returns the figure, which passes up to `limit`; infinity is a failure without a
-    number. `naive` lists methods that are known to fail. `curves` are drawn over the map; `remarks` are notes that have
-    to be computed.
+    number. `naive` lists methods that are known to fail. `curves` are drawn over the panels of their methods;
+    `remarks` are notes that have to be computed.
     """
 
     name: str

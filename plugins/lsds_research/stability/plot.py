@@ -48,7 +48,9 @@ def plot_map(path: Path, of: StabilityMap, rows: Sequence[dict[str, Value]]) -> 
         _ticks(ax.set_xticks, xs)
         _ticks(ax.set_yticks, ys)
         ax.tick_params(labelsize=7, labelbottom=index + across >= len(methods))
-        for label, points in of.curves() if of.curves and method not in of.naive else ():
+        for about, label, points in of.curves() if of.curves else ():
+            if about != method:
+                continue
             across_x, across_y = (
                 [_place(point[axis], values) for point in points] for axis, values in ((0, xs), (1, ys))
             )

@@ -42,7 +42,7 @@ def curves() -> tuple[Curve, ...]:
     if not importable("control"):
         return ()
     left = [(1e3 * delay_margin_s(margin / DEFAULT_MARGIN) - CAMERA_MS, margin) for margin in MARGINS]
-    return (("limit of pd, linear loop", left),)
+    return (("pd", "limit of the linear loop", left),)
 
 
 def remarks() -> tuple[str, ...]:
