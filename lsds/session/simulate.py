@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, SupportsIndex, TypeAlias
+from typing import Any, TypeAlias
 
 from lsds.config import RigConfig, load_config
 from lsds.config.overrides import override_texts
@@ -67,7 +67,11 @@ def simulate(
     run, because its config is wrong or names a real device, has an `error`, as has one whose `figures` raise. Raises
     DataError if no process starts, for arguments of other types, or if `figures` cannot be sent to a process.
     """
-    if isinstance(jobs, bool) or not isinstance(jobs, SupportsIndex) or operator.index(jobs) < 1:
+    try:
+        enough = not isinstance(jobs, bool) and operator.index(jobs) >= 1
+    except TypeError:
+        enough = False
+    if not enough:
         raise DataError(f"jobs = {jobs!r}: must be a whole number from 1 on")
     if isinstance(scenarios, str | Path | Mapping | RigConfig):
         raise DataError(f"{scenarios!r} is one scenario: give a list of scenarios")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, TypeVar
 
@@ -11,6 +12,8 @@ from lsds.config.overrides import override_texts, parse_override
 from lsds.errors import ConfigIssue
 from lsds_research.cluster import HELP
 from lsds_research.search.space import flat
+
+_DOTTED = re.compile(r"[\w-]+(\.[\w-]+)*", re.ASCII)
 
 
 def without_tables(settings: Sequence[str]) -> list[str]:
@@ -23,8 +26,10 @@ def without_tables(settings: Sequence[str]) -> list[str]:
         parsed = parse_override(text)
         if isinstance(parsed, ConfigIssue) or not isinstance(parsed[1], dict):
             found.append(text)
-        else:
-            found += override_texts(dict(flat(parsed[1], ".".join(parsed[0]) + ".")))
+            continue
+        keys = dict(flat(parsed[1], ".".join(parsed[0]) + "."))
+        # Quoted keys, which no study varies, cannot be written as dotted ones.
+        found += override_texts(keys) if all(_DOTTED.fullmatch(key) for key in keys) else [text]
     return found
 
 

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 LIFT = "lift"
 """Job whose end is a verdict on the grip."""
+ENDLESS = ("hold", "watch")
+"""Jobs that end by themselves only after their `duration_s`."""
 
 
 def idle_keys(config: RigConfig, keys: Iterable[str]) -> dict[str, str]:
@@ -51,9 +53,9 @@ def require_end(config: RigConfig) -> None:
     """Raise ConfigError for a job that never ends by itself."""
     job = config.section("job")
     name = job.backend.rpartition(":")[2]
-    if name == "watch" or (name == "hold" and not job.options().get("duration_s")):
+    if name in ENDLESS and not job.options().get("duration_s"):
         problem = f"'{name}' never ends by itself, and this study waits for the end of each run"
-        remedy = f'write job.backend = "{LIFT}"' + (", or job.hold.duration_s = 1" if name == "hold" else "")
+        remedy = f'write job.backend = "{LIFT}", or job.{name}.duration_s = 1'
         raise ConfigError("the study's job", [ConfigIssue("job.backend", problem, remedy)])
 
 

@@ -6,6 +6,7 @@ import math
 import os
 import re
 
+import numpy as np
 import pytest
 
 import lsds
@@ -117,9 +118,9 @@ def test_what_is_no_scenario_is_named(wrong):
         lsds.simulate([], figures=4)
 
 
-@pytest.mark.parametrize("jobs", [0, "2", None, 1.5, math.nan, True])
+@pytest.mark.parametrize("jobs", [0, "2", None, 1.5, math.nan, True, np.array([1, 2])])
 def test_a_number_of_processes_that_is_none_is_named(jobs):
-    with pytest.raises(DataError, match=f"jobs = {jobs!r}: must be a whole number from 1 on"):
+    with pytest.raises(DataError, match=rf"jobs = {re.escape(repr(jobs))}: must be a whole number from 1 on"):
         lsds.simulate([], jobs=jobs)
 
 

@@ -171,6 +171,19 @@ def test_a_job_that_never_ends_is_refused(setting, capsys):
     assert "never ends by itself" in capsys.readouterr().err
 
 
+def test_a_job_with_a_duration_ends():
+    settings = ["job.backend=watch", "job.watch.duration_s=1"]
+    assert _planned(FaultsOptions(faults=["camera-dark"], settings=settings), 0)
+
+
+def test_an_exception_that_a_rigs_own_fault_raises_is_named(tmp_path, installed_host):
+    rig = tmp_path / "rig.toml"
+    rig.write_text('[[faults]]\nbackend = "detector-raises"\nat = "lift"\n', "utf-8")
+    row = run_case(Case("belief", "fused", 1, settings=FAST, rig=str(rig)))
+    assert row["error"] == "PluginError"
+    assert not row["unnamed"]
+
+
 def test_a_rig_keeps_its_own_faults_under_the_one_that_is_tested(tmp_path):
     """The run without the fault had them, the run with it did not."""
     rig = tmp_path / "rig.toml"

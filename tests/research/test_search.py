@@ -13,7 +13,7 @@ from lsds_research.search.fixed_keys import held_fixed
 from lsds_research.search.objects import OBJECTS, completed
 from lsds_research.search.plot import _short
 from lsds_research.search.risk_options import RiskOptions
-from lsds_research.search.robustness import STOPPED_MARGIN, Limits, hangs, margins_of, run_scenario
+from lsds_research.search.robustness import STOPPED_MARGIN, Limits, hangs, margins_of, not_begun, run_scenario
 from lsds_research.search.seek import seek
 from lsds_research.search.shrink import shrunk
 from lsds_research.search.space import DEFAULT, Axis, point_to_scenario, read_space
@@ -136,6 +136,8 @@ def test_the_name_of_an_object_fixes_its_properties():
         assert one["cell.simulated.kinetic_friction"] == pytest.approx(can.kinetic_friction, abs=1e-3)
     assert "cell.simulated.length_mm" in fixed
     assert len({one["task.first_squeeze_m"] for one in drawn}) == 3
+    own = (Axis("cell.simulated.mass_kg", 0.1, 0.6),)
+    assert held_fixed(own, ["cell.simulated.object=can"]) == (own, [])
     # A space of objects by name draws other keys as well.
     assert held_fixed(DEFAULT, ["cell.simulated.object=can"])[1] == ["cell.simulated.object"]
 
@@ -149,6 +151,15 @@ def test_a_table_in_the_settings_counts_key_by_key():
         "seed=3",
         "faults=[]",
     ]
+
+
+def test_a_search_that_meets_scenarios_that_cannot_run_ends_with_a_warning():
+    """It goes where scenarios fail, so they may be many, and its results were lost."""
+    stuck = {"margins": {"named": 0.1}, "outcome": "not run", "fault": "no such object"}
+    with pytest.raises(DataError, match="2 of 3 scenarios could not run"):
+        not_begun([stuck, stuck, {"margins": {"holds": 1.0}, "outcome": "held"}])
+    (warning,) = not_begun([stuck, stuck, {"margins": {"holds": 1.0}, "outcome": "held"}], most=1.0)
+    assert warning.endswith("the first: no such object")
 
 
 @pytest.mark.parametrize("command", [["risk", "--plain"], ["search"], ["certify"]])

@@ -104,7 +104,7 @@ class SimulatedFingertip:
             raise DataError(f'fingertip: options are {options!r}; pass ContactOptions(object="can"), for example')
         if not isinstance(look, GelSightOptions | None):
             raise DataError(f"fingertip: look is {look!r}; pass GelSightOptions(gel=7), for example")
-        if not isinstance(seed, int | np.integer) or seed < 0:
+        if not isinstance(seed, int | np.integer) or isinstance(seed, bool) or seed < 0:
             raise DataError(f"fingertip: seed is {seed!r}; pass a whole number from 0 on")
         if side not in ("front", "back"):
             raise DataError(f"fingertip: side is {side!r}; write 'front' or 'back'")
@@ -192,8 +192,10 @@ class SimulatedFingertip:
             )
         if not (_is_number(dt_s) and math.isfinite(dt_s) and dt_s > 0):
             raise DataError(f"fingertip: time step is {dt_s!r} s; pass a positive number of seconds")
-        if normal_n is not None and not (_is_number(normal_n) and math.isfinite(normal_n)):
-            raise DataError(f"fingertip: normal force is {normal_n!r} N; check whether the scene's simulation diverged")
+        if normal_n is not None and not _is_number(normal_n):
+            raise DataError(f"fingertip: normal force is {normal_n!r} N; pass a number of newtons, or None")
+        if normal_n is not None and not math.isfinite(normal_n):
+            raise DataError(f"fingertip: normal force is {normal_n} N; check whether the scene's simulation diverged")
         pad, target = pad.checked("fingertip: pose of the pad"), target.checked("fingertip: pose of the object")
         seen = target.seen_from(pad)
         self._time_s += dt_s

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Sequence
 from itertools import product
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -11,14 +12,13 @@ import numpy as np
 
 from lsds.errors import DataError
 from lsds.support.extras import require
+from lsds_mocks.fingertip.fingertip import SimulatedFingertip
 from lsds_mocks.fingertip.pose import Pose, moment_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from numpy.typing import NDArray
-
-    from lsds_mocks.fingertip.fingertip import SimulatedFingertip
 
 Mode = Literal["feel", "see"]
 
@@ -41,6 +41,8 @@ class MujocoFingertip:
 
     def __init__(self, model: Any, data: Any, tip: SimulatedFingertip, *, pad: str, target: str) -> None:
         require("mujoco", extra="mujoco", purpose="a fingertip in a MuJoCo scene")
+        if not isinstance(tip, SimulatedFingertip):
+            raise DataError(f"MuJoCo scene: the fingertip of pad {pad!r} is {tip!r}; pass a SimulatedFingertip")
         self.tip = tip
         self.pad, self.target = pad, target
         self.data, self.model = data, model
@@ -165,8 +167,10 @@ class MujocoScene:
         require("mujoco", extra="mujoco", purpose="a fingertip in a MuJoCo scene")
         if mode not in ("feel", "see"):
             raise DataError(f"MuJoCo scene: mode is {mode!r}; write 'feel' or 'see'")
-        if not isinstance(every, int | np.integer) or every < 1:
+        if not isinstance(every, int | np.integer) or isinstance(every, bool) or every < 1:
             raise DataError(f"MuJoCo scene: every is {every!r}; pass a whole number from 1 on")
+        if not isinstance(fingertips, Sequence) or not all(isinstance(one, MujocoFingertip) for one in fingertips):
+            raise DataError(f"MuJoCo scene: fingertips are {fingertips!r}; pass a list of MujocoFingertip")
         if any(fingertip.data is not data or fingertip.model is not model for fingertip in fingertips):
             raise DataError(
                 "MuJoCo scene: a fingertip belongs to another model or other data; make all with those of the scene"

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
 from lsds.errors import DataError
 from lsds.support.extras import require
 from lsds_mocks.cell.options import ContactOptions
@@ -142,8 +144,8 @@ def pipe_scene(
     Raises DataError for a time step that is not positive.
     """
     require("mujoco", extra="mujoco", purpose="the scene of a pipe")
-    if step_s is not None and not 0 < step_s < math.inf:
-        raise DataError(f"scene of a pipe: time step is {step_s} s; pass a positive number of seconds, or None")
+    if step_s is not None and not (isinstance(step_s, int | float | np.floating) and 0 < step_s < math.inf):
+        raise DataError(f"scene of a pipe: time step is {step_s!r} s; pass a positive number of seconds, or None")
     engine = mujoco_engine()
     options = options or ContactOptions(fidelity="winkler")
     sides: tuple[tuple[str, Side], ...] = (("left", "front"), ("right", "back"))

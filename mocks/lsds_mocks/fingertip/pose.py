@@ -47,6 +47,8 @@ class Pose(NamedTuple):
         axes that are too long or too short."""
         if not (isinstance(self.position_m, np.ndarray) and isinstance(self.rotation, np.ndarray)):
             raise DataError(f"{name}: position and rotation are no arrays; make it with Pose.of(position, rotation)")
+        if self.position_m.dtype.kind not in "fiu" or self.rotation.dtype.kind not in "fiu":
+            raise DataError(f"{name}: position or rotation is not made of numbers")
         if self.position_m.shape != (3,) or self.rotation.shape != (3, 3):
             raise DataError(
                 f"{name}: position has the shape {self.position_m.shape} and rotation {self.rotation.shape}; pass (3,) "

@@ -46,7 +46,8 @@ def simulated_rig(path: Path | None, host: PluginHost) -> tuple[list[str], list[
     notes: list[str] = []
     job, _ = _chosen(tables, "job", LIFT)
     if job.rpartition(":")[2] != LIFT:
-        tables["job"] = {"backend": LIFT}
+        own = tables["job"].get(LIFT)
+        tables["job"] = {"backend": LIFT} | ({} if own is None else {LIFT: own})
         notes.append(f"job '{job}': {LIFT}, because a certificate counts lifts")
     real = _gripper(tables, host, notes) | _sensor(tables, host, notes) | _arm(tables, host, notes)
     if real:

@@ -48,7 +48,7 @@ SLIP_KEY = "task.max_slip_m"
 USUAL_SLIP_MM = 60.0
 """Slip above which a lift counts as a drop if neither rig nor command give a limit, mm; chosen."""
 FEW = 5
-"""Number of drops below which the lifts that would do are not predicted; chosen."""
+"""Number of drops, and of holds, below which the lifts that would do are not predicted; chosen."""
 PRECISE = 0.5
 """An interval whose half width exceeds this share of the probability, or of that of a hold, is too wide for the budget
 to be called enough."""
@@ -130,7 +130,7 @@ class CertifyStudy:
                     for zone in found
                 ],
                 "runs": [
-                    {key: row[key] for key in ("scenario", "outcome", "sentence", "margin") if key in row}
+                    {key: row[key] for key in ("scenario", "outcome", "sentence", "fault", "margin") if key in row}
                     for row in rows
                 ],
                 "files": [str(file) for file in files],

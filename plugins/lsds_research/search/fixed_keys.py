@@ -17,11 +17,11 @@ _OBJECT = f"{CELL}object"
 def held_fixed(space: Sequence[Axis], settings: Iterable[str]) -> tuple[tuple[Axis, ...], list[str]]:
     """Return the space with the axes of keys that settings hold fixed at their values, and those keys.
 
-    Settings count above drawn values: an axis of such a key would be drawn without an effect. A space that draws no
-    object by name draws its properties; settings that name an object fix those, too.
+    Settings count above drawn values: an axis of such a key would be drawn without an effect. In the space of random
+    objects the name of an object fixes its properties, too; in another space it leaves them to the axes.
     """
     values = values_of(settings)
-    if all(axis.key != _OBJECT for axis in space):
+    if any(axis.key == SHARE for axis in space):
         values = _of_the_object(values) | values
     fixed = [axis.key for axis in space if axis.key in values]
     held = (

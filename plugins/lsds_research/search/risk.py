@@ -17,7 +17,7 @@ from lsds_research.search.fixed_keys import held_fixed
 from lsds_research.search.objects import chosen_space
 from lsds_research.search.risk_options import RiskOptions
 from lsds_research.search.risk_plot import plot_risk
-from lsds_research.search.robustness import Limits, not_begun
+from lsds_research.search.robustness import NOT_RUN, Limits, not_begun
 from lsds_research.search.scenarios import Scenarios, not_holdable, require_usable, undrawn_notes
 from lsds_research.search.split import Points, Probability, counted, split
 
@@ -67,7 +67,10 @@ class RiskStudy:
         row = {"failure": own.failure, "runs": len(rows), "failed": probability.failed} | {
             key: value for key, value in asdict(probability).items() if key in ("estimate", "least", "most")
         }
-        stopped = sum(row["margins"].get("named", 1.0) >= 0 and row["fault"] is not None for row in rows)
+        stopped = sum(
+            row["margins"].get("named", 1.0) >= 0 and row["fault"] is not None and row["outcome"] != NOT_RUN
+            for row in rows
+        )
         method = "plain counting" if self._plain else f"splitting over {len(probability.levels)} levels"
         notes = [
             f"{method}; {stopped} runs were stopped by an expected error, which is not a failure",

@@ -68,21 +68,24 @@ def run_scenario(asked: tuple[Scenario, Limits, tuple[str, ...]]) -> dict[str, A
     }
 
 
-def not_begun(rows: Sequence[dict[str, Any]]) -> list[str]:
-    """Return a warning on the scenarios whose lift could not begin, if there are some.
+def not_begun(rows: Sequence[dict[str, Any]], most: float = MOST_NOT_RUN) -> list[str]:
+    """Return warnings on the scenarios whose lift could not begin, and on those that an unexpected error ended.
 
-    Raises DataError if they are more than a tenth: what is counted among the others would not be what was asked.
+    Raises DataError if those that could not begin are more than the share `most`: what is counted among the others
+    would not be what was asked. A search, which goes where scenarios fail, passes 1.
     """
-    # An error that nothing raises on purpose counts as a failure.
+    broken = [row["fault"] for row in rows if row["margins"].get("named", 1.0) < 0]
+    text = f"{len(broken)} of {len(rows)} scenarios ended with an unexpected error and count as failures; the first: "
+    warnings = [text + str(broken[0])] if broken else []
     found = [row for row in rows if row["outcome"] == NOT_RUN and least(row["margins"])[1] >= 0]
     if not found:
-        return []
+        return warnings
     text = (
         f"{len(found)} of {len(rows)} scenarios could not run and count as no failure; the first: {found[0]['fault']}"
     )
-    if len(found) > MOST_NOT_RUN * len(rows):
+    if len(found) > most * len(rows):
         raise DataError(f"{text} (narrow the range of that key)")
-    return [text]
+    return [*warnings, text]
 
 
 def hangs(fault: BaseException | None) -> bool:

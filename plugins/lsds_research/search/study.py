@@ -102,7 +102,7 @@ class SearchStudy:
                 "figures_are": "simulated",
                 "seed": self._seed,
             },
-            warnings=not_begun(rows),
+            warnings=not_begun(rows, most=1.0),
         )
 
     def _found(self, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:

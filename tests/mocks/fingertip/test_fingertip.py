@@ -447,6 +447,8 @@ def test_a_slide_along_y_alone_has_the_torque_of_its_shear():
         (lambda tip: tip.step(PAD, Pose(np.zeros(2), np.eye(3)), DT_S), r"position has the shape \(2,\)"),
         (lambda tip: tip.step(PAD, Pose(at(1e-4).position_m, 2 * np.eye(3)), DT_S), "is not a rotation"),
         (lambda tip: Pose.of("abc"), "not made of numbers"),
+        (lambda tip: tip.step(PAD, Pose(np.array([0, 0, None]), np.eye(3)), DT_S), "not made of numbers"),
+        (lambda tip: SimulatedFingertip(seed=True), "seed is True; pass a whole number"),
         (lambda tip: SimulatedFingertip(seed=1.5), "seed is 1.5; pass a whole number"),
         (lambda tip: tip.step(PAD, Pose([0, 0, 0.01], [[1, 0, 0], [0, 1, 0], [0, 0, 1]]), DT_S), "are no arrays"),
         (lambda tip: SimulatedFingertip(None, {"gel": 7}), "look is"),

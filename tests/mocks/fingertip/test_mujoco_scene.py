@@ -328,6 +328,13 @@ def test_a_contact_that_mujoco_carries_too_is_an_error():
         (lambda scene: scene.reset(keyframe=7), "the model has 0 keyframes, and no number 7"),
         (lambda scene: scene.reset(keyframe="a"), "the model has 0 keyframes, and no number 'a'"),
         (lambda scene: pipe_scene(pipe(), step_s=math.nan), "time step is nan s"),
+        (lambda scene: pipe_scene(pipe(), step_s="0.001"), "time step is '0.001' s"),
+        (lambda scene: MujocoScene(scene.model, scene.data, None), "pass a list of MujocoFingertip"),
+        (lambda scene: MujocoScene(scene.model, scene.data, [1]), "pass a list of MujocoFingertip"),
+        (
+            lambda scene: MujocoFingertip(scene.model, scene.data, 1, pad="left_pad", target="held"),
+            "'left_pad' is 1; pass a SimulatedFingertip",
+        ),
         (
             lambda scene: MujocoFingertip(scene.model, scene.data, scene.fingertips[0].tip, pad=None, target="held"),
             "no site and no body None",

@@ -184,7 +184,9 @@ def test_an_error_that_nothing_raises_on_purpose_is_a_failure_and_not_left_out(p
     broken = {"margins": {"named": -1.0}, "outcome": "not run", "fault": "ZeroDivisionError: division by zero"}
     result = planted(lambda _: broken)
     assert result.details["probability"]["failed"] == 16
-    assert not result.warnings
+    (warning,) = result.warnings
+    assert "16 of 16 scenarios ended with an unexpected error and count as failures; the first: ZeroDiv" in warning
+    assert "ZeroDivisionError" in result.details["runs"][0]["fault"]
 
 
 @pytest.mark.parametrize("budget", [f"1{400 * '0'}h", "0s", "1001h", "10"])

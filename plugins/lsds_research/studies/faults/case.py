@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 OPENED_BY_FAULT_M = 1e-3
 """Fingers around an object count as opened if their aperture grows by this since the fault, more than without it
 (m)."""
-RUN_FORMAT = 3
+RUN_FORMAT = 4
 """Number of the format of a stored run; those of another format are run again."""
 KEYS: dict[str, Any] = {"task.lift_s": 1.2, "task.hold_s": 0.8}
 """Config keys of every lift, unless the rig file gives its own: short, for speed."""
@@ -108,6 +108,7 @@ def run_case(case: Case) -> dict[str, Any] | str:
     summary, fault, truths = session.summary, session.fault, session.truths
     onset_ns = session.stages.began_ns(case.moment or "take up")
     held = [truth for truth in truths if onset_ns is not None and truth.t_ns >= onset_ns]
+    planted = [case.fault, *(own["backend"] for own in faults_of(case.rig))]
     moments = (case.moment,) if case.moment else get_args(Moment)
     return {
         "controller": case.controller,
@@ -120,7 +121,7 @@ def run_case(case: Case) -> dict[str, Any] | str:
         "outcome": summary["outcome"],
         "sentence": session.verdict.sentence,
         "error": None if fault is None else type(fault).__name__,
-        "unnamed": fault is not None and is_unnamed(fault) and not _is_planted(fault, case.fault),
+        "unnamed": fault is not None and is_unnamed(fault) and not _is_planted(fault, planted),
         "reason": summary["fault"],
         "unusable_frames": summary["unusable_frames"],
         "slip_mm": None if summary["slip_distance_m"] is None else 1e3 * summary["slip_distance_m"],
@@ -134,15 +135,16 @@ def run_case(case: Case) -> dict[str, Any] | str:
     }
 
 
-def _is_planted(error: BaseException, fault: str) -> bool:
+def _is_planted(error: BaseException, faults: Sequence[str]) -> bool:
     """Return whether an error names the part of which a fault has raised an exception, as it was to: that is no mistake
     of the project."""
     cause = error.__cause__
-    if not fault or not isinstance(error, LsdsError) or cause is None:
+    if not isinstance(error, LsdsError) or cause is None:
         return False
     frames = [frame for frame, _ in traceback.walk_tb(cause.__traceback__)]
-    module = PluginHost().find("fault", fault).spec.factory.partition(":")[0]
-    return bool(frames) and frames[-1].f_globals.get("__name__") == module
+    host = PluginHost()
+    modules = {host.find("fault", name).spec.factory.partition(":")[0] for name in faults if name}
+    return bool(frames) and frames[-1].f_globals.get("__name__") in modules
 
 
 def _has_arm(case: Case) -> bool:
