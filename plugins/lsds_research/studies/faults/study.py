@@ -37,7 +37,7 @@ OUTSIDE = 0.05
 EXPLAINED = (
     "stopped: ended by an error that the project raises on purpose; unnamed: ended by another error; harmless: the "
     "same outcome as the run without the fault; missed: another outcome, and no error; opened: fingers that held "
-    "something opened by a millimetre more than without it; squeezed: harmless, but with more than "
+    "something opened by a millimetre more than without it; squeezed: whatever the end, with more than "
     f"{SQUEEZED:g} times the peak force; safe: time from the fault to the stop"
 )
 _COLUMNS = (
