@@ -47,7 +47,7 @@ def test_a_budget_is_written_as_people_do(text, seconds):
 
 @pytest.mark.parametrize("text", ["", "10", "ten minutes", "-5min", "0s"])
 def test_any_other_budget_is_one_error(text):
-    with pytest.raises(DataError, match=r"--budget .* is no duration; write 90s, 10min or 2h"):
+    with pytest.raises(DataError, match=r"--budget .* is no duration up to 1000h; write 90s, 10min or 2h"):
         seconds_of(text, "--budget")
 
 
