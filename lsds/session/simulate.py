@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -15,6 +14,7 @@ from lsds.contracts import CellTruth
 from lsds.errors import DataError, LsdsError
 from lsds.session.run import Session, run
 from lsds.session.verdict import Verdict
+from lsds.support.numeric import is_whole
 from lsds.support.processes import DIED, spread
 
 Scenario: TypeAlias = RigConfig | str | Path | Mapping[str, Any] | Sequence[str]
@@ -67,11 +67,7 @@ def simulate(
     run, because its config is wrong or names a real device, has an `error`, as has one whose `figures` raise. Raises
     DataError if no process starts, for arguments of other types, or if `figures` cannot be sent to a process.
     """
-    try:
-        enough = not isinstance(jobs, bool) and operator.index(jobs) >= 1
-    except TypeError:
-        enough = False
-    if not enough:
+    if not is_whole(jobs) or jobs < 1:
         raise DataError(f"jobs = {jobs!r}: must be a whole number from 1 on")
     if isinstance(scenarios, str | Path | Mapping | RigConfig):
         raise DataError(f"{scenarios!r} is one scenario: give a list of scenarios")

@@ -6,7 +6,6 @@ import io
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass, field
-from numbers import Integral
 from typing import Any
 
 from lsds.contracts.study import StudyResult, StudyTable
@@ -62,11 +61,6 @@ def tables_of(bench: Bench) -> Iterator[tuple[str, Sequence[Any], Sequence[Any]]
             f"more[{i}] is {type(part).__name__}; write lsds.contracts.StudyTable(columns, rows)"
         )
         yield f"more[{i}], ", part.columns, part.rows
-
-
-def is_whole(number: Any) -> bool:
-    """Return whether a value is an integer and no bool."""
-    return isinstance(number, Integral) and not isinstance(number, bool)
 
 
 def _run(bench: Bench, seed: int) -> Measured:

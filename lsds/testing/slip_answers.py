@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from numbers import Real
 from typing import Any
 
 import numpy as np
 
 from lsds.contracts import Detection, Observation, SlipEstimate
+from lsds.support.numeric import is_number
 from lsds.testing.bench import Bench
 from lsds.testing.feeding import build
 from lsds.testing.stimulus import Name, degraded, later, observations
@@ -161,15 +161,15 @@ def _problem_of_detection(detection: Any) -> str:
         return f"update() returned {type(detection).__name__} {detection!r}; return a Detection"
     if detection.slip is not None and not isinstance(detection.slip, bool | np.bool_):
         return f"slip is {detection.slip!r}; it must be True, False or None (abstains)"
-    if not _is_number(detection.confidence) or not 0 <= detection.confidence <= 1:
+    if not is_number(detection.confidence) or not 0 <= detection.confidence <= 1:
         return f"confidence is {detection.confidence!r}; it must be a number in [0, 1], 0 for an abstention"
     if not (
-        _is_number(detection.probability) and (math.isnan(detection.probability) or 0 <= detection.probability <= 1)
+        is_number(detection.probability) and (math.isnan(detection.probability) or 0 <= detection.probability <= 1)
     ):
         return f"probability is {detection.probability!r}; it must be in [0, 1], or NaN if the detector estimates none"
-    if not _is_number(detection.score) or (detection.slip is not None and not math.isfinite(detection.score)):
+    if not is_number(detection.score) or (detection.slip is not None and not math.isfinite(detection.score)):
         return f"slip is {detection.slip} by a score of {detection.score!r}; it must be finite (or abstain: slip=None)"
-    if not _is_number(detection.threshold) or not math.isfinite(detection.threshold):
+    if not is_number(detection.threshold) or not math.isfinite(detection.threshold):
         return f"threshold is {detection.threshold!r}; it must be finite"
     return ""
 
@@ -192,7 +192,7 @@ def _problem_of_estimate(estimate: Any) -> str:
         "speed_m_s": estimate.speed_m_s,
     }
     for name, value in speeds.items():
-        if not _is_number(value) or not math.isfinite(value):
+        if not is_number(value) or not math.isfinite(value):
             return f"{name} is {value!r}; it must be finite (or abstain: return ABSTAINED)"
         if abs(value) >= FASTEST_M_S:
             return f"{name} is {value:.3g} and must be below {FASTEST_M_S} m/s here (8 mm/s are shown); use metres"
@@ -204,12 +204,12 @@ def _problem_of_estimate(estimate: Any) -> str:
             f"{math.hypot(*estimate.velocity_m_s):.3g} m/s; report one motion by both"
         )
     rate = estimate.angular_rad_s
-    if not _is_number(rate) or abs(rate) >= FASTEST_RAD_S:
+    if not is_number(rate) or abs(rate) >= FASTEST_RAD_S:
         return f"angular_rad_s is {rate!r} and must be below {FASTEST_RAD_S} rad/s here; use radians"
     stds = (*estimate.velocity_std_m_s, estimate.speed_std_m_s)
-    if not all(_is_number(std) and math.isfinite(std) and std > 0 for std in stds):
+    if not all(is_number(std) and math.isfinite(std) and std > 0 for std in stds):
         return f"velocity_std_m_s and speed_std_m_s are {stds}; one sigma is finite and positive"
-    if math.isfinite(rate) and not (_is_number(estimate.angular_std_rad_s) and estimate.angular_std_rad_s > 0):
+    if math.isfinite(rate) and not (is_number(estimate.angular_std_rad_s) and estimate.angular_std_rad_s > 0):
         return f"angular_std_rad_s is {estimate.angular_std_rad_s!r}; one sigma is positive"
     return _problem_of_covariance(getattr(estimate, "covariance", None))
 
@@ -217,7 +217,7 @@ def _problem_of_estimate(estimate: Any) -> str:
 def _disagrees(estimate: SlipEstimate) -> bool:
     """Whether speed and velocity differ by more than their standard deviations and a model's two outputs allow."""
     stds = (*estimate.velocity_std_m_s, estimate.speed_std_m_s)
-    if not all(_is_number(std) and math.isfinite(std) for std in stds):
+    if not all(is_number(std) and math.isfinite(std) for std in stds):
         return False
     apart = abs(estimate.speed_m_s - math.hypot(*estimate.velocity_m_s))
     return apart > 3 * math.hypot(*stds) + LEAST_APART_M_S
@@ -237,10 +237,6 @@ def _problem_of_covariance(covariance: Any) -> str:
     if least < -1e-9 * scale:
         return f"covariance {matrix.tolist()} has the eigenvalue {least:.3g}; it must be positive semidefinite"
     return ""
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool | np.bool_)
 
 
 DETECTOR_CHECKS = (

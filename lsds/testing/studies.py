@@ -14,11 +14,12 @@ from lsds.errors import MissingExtra
 from lsds.registry.containment import diverted
 from lsds.registry.options import validated
 from lsds.support.extras import explained
+from lsds.support.numeric import is_whole
 from lsds.testing.audit import audited
 from lsds.testing.bench import Bench
 from lsds.testing.comparing import alike
 from lsds.testing.lifecycle import described
-from lsds.testing.measured import is_whole, measured, measured_again, result_of, tables_of
+from lsds.testing.measured import measured, measured_again, result_of, tables_of
 from lsds.testing.outcomes import NotApplicable
 
 BUILT_S = 1.0

@@ -12,12 +12,6 @@ if TYPE_CHECKING:
     from lsds.config import RigConfig
 
 
-LIFT = "lift"
-"""Job whose end is a verdict on the grip."""
-ENDLESS = ("hold", "watch")
-"""Jobs that end by themselves only after their `duration_s`."""
-
-
 def idle_keys(config: RigConfig, keys: Iterable[str]) -> dict[str, str]:
     """Return the keys `kind.backend.option` of backends that a config does not use, with the backend that it uses."""
     found = {}
@@ -39,24 +33,6 @@ def require_objects(config: RigConfig, keys: Iterable[str]) -> None:
         problem = f"{key} has no effect on the cell '{used}', and the lifts of this study differ by such keys"
         remedy = f'write cell.backend = "{key.split(".")[1]}"'
         raise ConfigError("the study's objects", [ConfigIssue("cell.backend", problem, remedy)])
-
-
-def require_lift(config: RigConfig) -> None:
-    """Raise ConfigError for another job than a lift: it may release the object on purpose, or never end."""
-    name = config.section("job").backend.rpartition(":")[2]
-    if name != LIFT:
-        problem = f"'{name}' is no lift, and this study counts lifts that lose their object"
-        raise ConfigError("the study's job", [ConfigIssue("job.backend", problem, f'write job.backend = "{LIFT}"')])
-
-
-def require_end(config: RigConfig) -> None:
-    """Raise ConfigError for a job that never ends by itself."""
-    job = config.section("job")
-    name = job.backend.rpartition(":")[2]
-    if name in ENDLESS and not job.options().get("duration_s"):
-        problem = f"'{name}' never ends by itself, and this study waits for the end of each run"
-        remedy = f'write job.backend = "{LIFT}", or job.{name}.duration_s = 1'
-        raise ConfigError("the study's job", [ConfigIssue("job.backend", problem, remedy)])
 
 
 def require_free(settings: Iterable[str], varied: Mapping[str, str]) -> None:

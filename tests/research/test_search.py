@@ -13,7 +13,7 @@ from lsds_research.search.fixed_keys import held_fixed
 from lsds_research.search.objects import OBJECTS, completed
 from lsds_research.search.plot import _short
 from lsds_research.search.risk_options import RiskOptions
-from lsds_research.search.robustness import STOPPED_MARGIN, Limits, hangs, margins_of, not_begun, run_scenario
+from lsds_research.search.robustness import STOPPED_MARGIN, Limits, hangs, margins_of, run_scenario, run_warnings
 from lsds_research.search.seek import seek
 from lsds_research.search.shrink import shrunk
 from lsds_research.search.space import DEFAULT, Axis, point_to_scenario, read_space
@@ -157,8 +157,8 @@ def test_a_search_that_meets_scenarios_that_cannot_run_ends_with_a_warning():
     """It goes where scenarios fail, so they may be many, and its results were lost."""
     stuck = {"margins": {"named": 0.1}, "outcome": "not run", "fault": "no such object"}
     with pytest.raises(DataError, match="2 of 3 scenarios could not run"):
-        not_begun([stuck, stuck, {"margins": {"holds": 1.0}, "outcome": "held"}])
-    (warning,) = not_begun([stuck, stuck, {"margins": {"holds": 1.0}, "outcome": "held"}], most=1.0)
+        run_warnings([stuck, stuck, {"margins": {"holds": 1.0}, "outcome": "held"}])
+    (warning,) = run_warnings([stuck, stuck, {"margins": {"holds": 1.0}, "outcome": "held"}], most=1.0)
     assert warning.endswith("the first: no such object")
 
 

@@ -93,13 +93,14 @@ class SimulatedCell(Generic[P]):
             report = getattr(self.plant.gel, "report", None)
             if report is None:
                 strain = self.plant.greatest_strain
-                invalid = [*invalid_reasons(strain), *self.plant.invalid]
-                warnings = [*strain_warnings(strain), *self.plant.invalid]
-                summary = f"{self._model}: its error is not checked (simulated)"
-                return {"model": self._model, "summary": summary, "warnings": warnings, "invalid": invalid}
-            found = report()
-            values = {"model": self._model, "summary": f"{self._model}: {found.summary}", **found.as_json()}
-            return values | {key: [*values[key], *self.plant.invalid] for key in ("warnings", "invalid")}
+                summary = "its error is not checked (simulated)"
+                values: dict[str, Any] = {"warnings": strain_warnings(strain), "invalid": invalid_reasons(strain)}
+            else:
+                found = report()
+                summary, values = found.summary, found.as_json()
+            for key in ("warnings", "invalid"):
+                values[key] = [*values[key], *self.plant.invalid]
+            return {"model": self._model, "summary": f"{self._model}: {summary}", **values}
 
     def history(self) -> tuple[CellTruth, ...]:
         """Return the truth of each recorded step, oldest first; empty unless the option `history_s` is set."""

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from lsds.errors import DataError
+from lsds.support.numeric import is_number, is_whole
 from lsds_mocks.cell.build import build_friction, build_gel, build_grain, build_material, build_surface
 from lsds_mocks.cell.options import ContactOptions
 from lsds_mocks.devices.gelsight_options import GelSightOptions
@@ -104,7 +105,7 @@ class SimulatedFingertip:
             raise DataError(f'fingertip: options are {options!r}; pass ContactOptions(object="can"), for example')
         if not isinstance(look, GelSightOptions | None):
             raise DataError(f"fingertip: look is {look!r}; pass GelSightOptions(gel=7), for example")
-        if not isinstance(seed, int | np.integer) or isinstance(seed, bool) or seed < 0:
+        if not is_whole(seed) or seed < 0:
             raise DataError(f"fingertip: seed is {seed!r}; pass a whole number from 0 on")
         if side not in ("front", "back"):
             raise DataError(f"fingertip: side is {side!r}; write 'front' or 'back'")
@@ -157,9 +158,9 @@ class SimulatedFingertip:
         `object_kg` replaces the mass in the options. The stiffness is that of a gel without history, indented as deeply
         as is valid: by a fifth of its thickness.
         """
-        if not (_is_number(pad_kg) and pad_kg > 0):
+        if not (is_number(pad_kg) and pad_kg > 0):
             raise DataError(f"fingertip: mass of a pad is {pad_kg!r} kg; pass more than 0, or math.inf for a fixed one")
-        if object_kg is not None and not (_is_number(object_kg) and object_kg > 0):
+        if object_kg is not None and not (is_number(object_kg) and object_kg > 0):
             raise DataError(f"fingertip: mass of an object is {object_kg!r} kg; pass more than 0")
         of = self.options
         # A push at the grip also turns an object that is gripped away from its middle, as if its mass were less.
@@ -190,9 +191,9 @@ class SimulatedFingertip:
             raise DataError(
                 "fingertip: poses of pad and object are not Pose; make them with Pose.of(position, rotation)"
             )
-        if not (_is_number(dt_s) and math.isfinite(dt_s) and dt_s > 0):
+        if not (is_number(dt_s) and math.isfinite(dt_s) and dt_s > 0):
             raise DataError(f"fingertip: time step is {dt_s!r} s; pass a positive number of seconds")
-        if normal_n is not None and not _is_number(normal_n):
+        if normal_n is not None and not is_number(normal_n):
             raise DataError(f"fingertip: normal force is {normal_n!r} N; pass a number of newtons, or None")
         if normal_n is not None and not math.isfinite(normal_n):
             raise DataError(f"fingertip: normal force is {normal_n} N; check whether the scene's simulation diverged")
@@ -404,10 +405,6 @@ class SimulatedFingertip:
             stick_ratio=self.gel.stick_ratio,
             invalid=tuple(invalid),
         )
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float | np.integer | np.floating)
 
 
 def _moved_at(offset_m: tuple[float, float], moved: Motion) -> Motion:

@@ -24,7 +24,7 @@ from lsds_mocks.fingertip.mujoco_scene import (
     frame_kind,
     mass_of,
     mujoco_engine,
-    velocity_m_s,
+    upward_velocity_m_s,
 )
 from lsds_mocks.fingertip.pipe import PAD_KG, longest_step_s, pipe_mjcf
 from lsds_mocks.plant.physics import FINGERS, Physics
@@ -117,7 +117,7 @@ class MujocoPlant(Physics):
     @property
     def object_velocity_m_s(self) -> float:
         """Upward velocity of the object, m/s."""
-        return velocity_m_s(self._scene.model, self._scene.data, self._target)
+        return upward_velocity_m_s(self._scene.model, self._scene.data, self._target)
 
     def step(self, dt_s: float) -> None:
         """Advance the drives and the scene. Raises DataError if the object gets as deep in a gel as that is thick, and
@@ -135,8 +135,8 @@ class MujocoPlant(Physics):
         truths = [finger.tip.truth() for finger in self._scene.fingertips]
         self.normal_n = sum(each.normal_force_n for each in truths) / FINGERS
         self._deepest_m = max(self._deepest_m, *(each.indentation_m for each in truths))
-        if not self.dropped:
-            for finger in self._scene.fingertips:
+        for finger, truth in zip(self._scene.fingertips, truths, strict=True):
+            if truth.invalid and not self.dropped:
                 self._misplaced = finger.tip.misplaced() | self._misplaced
         self.supported = self._is_supported()
         most_slip_m = self._options.drop_slip_mm * 1e-3

@@ -12,6 +12,7 @@ import numpy as np
 
 from lsds.errors import DataError
 from lsds.support.extras import require
+from lsds.support.numeric import is_whole
 from lsds_mocks.fingertip.fingertip import SimulatedFingertip
 from lsds_mocks.fingertip.pose import Pose, moment_of
 
@@ -167,7 +168,7 @@ class MujocoScene:
         require("mujoco", extra="mujoco", purpose="a fingertip in a MuJoCo scene")
         if mode not in ("feel", "see"):
             raise DataError(f"MuJoCo scene: mode is {mode!r}; write 'feel' or 'see'")
-        if not isinstance(every, int | np.integer) or isinstance(every, bool) or every < 1:
+        if not is_whole(every) or every < 1:
             raise DataError(f"MuJoCo scene: every is {every!r}; pass a whole number from 1 on")
         if not isinstance(fingertips, Sequence) or not all(isinstance(one, MujocoFingertip) for one in fingertips):
             raise DataError(f"MuJoCo scene: fingertips are {fingertips!r}; pass a list of MujocoFingertip")
@@ -198,7 +199,7 @@ class MujocoScene:
         Raises DataError for a command that is no number, if MuJoCo's simulation diverges, if MuJoCo collides what a
         fingertip feels, if a callback of MuJoCo writes over the wrenches, and for poses that a fingertip cannot have.
         """
-        if not isinstance(steps, int | np.integer) or steps < 0:
+        if not is_whole(steps) or steps < 0:
             raise DataError(f"MuJoCo scene: asked for {steps!r} steps; pass a whole number from 0 on")
         mujoco, model, data = mujoco_engine(), self.model, self.data
         for _ in range(steps):
@@ -254,7 +255,7 @@ class MujocoScene:
         engine = mujoco_engine()
         if keyframe is None:
             engine.mj_resetData(self.model, self.data)
-        elif isinstance(keyframe, int | np.integer) and 0 <= keyframe < self.model.nkey:
+        elif is_whole(keyframe) and 0 <= keyframe < self.model.nkey:
             engine.mj_resetDataKeyframe(self.model, self.data, keyframe)
         else:
             raise DataError(f"MuJoCo scene: the model has {self.model.nkey} keyframes, and no number {keyframe!r}")
@@ -308,7 +309,7 @@ def mass_of(model: Any, body: int) -> float:
     return float(model.body_subtreemass[top]) if top and model.body_mocapid[top] < 0 else math.inf
 
 
-def velocity_m_s(model: Any, data: Any, body: int) -> float:
+def upward_velocity_m_s(model: Any, data: Any, body: int) -> float:
     """Return the upward velocity (m/s) of a body's origin."""
     engine, motion = mujoco_engine(), np.zeros(6)
     engine.mj_objectVelocity(model, data, engine.mjtObj.mjOBJ_XBODY, body, motion, 0)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Literal
 
-import numpy as np
-
 from lsds.errors import DataError
 from lsds.support.extras import require
+from lsds.support.numeric import is_number
 from lsds_mocks.cell.options import ContactOptions
 from lsds_mocks.fingertip.fingertip import SimulatedFingertip
 from lsds_mocks.fingertip.mujoco_scene import MujocoFingertip, MujocoScene, mujoco_engine
@@ -144,7 +143,7 @@ def pipe_scene(
     Raises DataError for a time step that is not positive.
     """
     require("mujoco", extra="mujoco", purpose="the scene of a pipe")
-    if step_s is not None and not (isinstance(step_s, int | float | np.floating) and 0 < step_s < math.inf):
+    if step_s is not None and not (is_number(step_s) and 0 < step_s < math.inf):
         raise DataError(f"scene of a pipe: time step is {step_s!r} s; pass a positive number of seconds, or None")
     engine = mujoco_engine()
     options = options or ContactOptions(fidelity="winkler")

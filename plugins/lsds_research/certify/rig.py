@@ -13,7 +13,7 @@ from lsds.contracts import BuildContext
 from lsds.errors import LsdsError
 from lsds.registry.containment import one_line
 from lsds.registry.host import PluginHost
-from lsds_research.idle_keys import LIFT
+from lsds_research.job_of_a_run import LIFT
 from lsds_research.search.space import flat
 
 GRIPPER, SENSOR, ARM = "mock-hand-e", "mock-gelsight-mini", "mock-ur5e"

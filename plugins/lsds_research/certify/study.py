@@ -28,7 +28,7 @@ from lsds_research.certify.zones import Zone, zones
 from lsds_research.search.files import save_scenario
 from lsds_research.search.fixed_keys import held_fixed
 from lsds_research.search.objects import OBJECTS, completed
-from lsds_research.search.robustness import NOT_RUN, Limits, not_begun
+from lsds_research.search.robustness import NOT_RUN, Limits, run_warnings
 from lsds_research.search.scenarios import Scenarios, require_usable, undrawn_notes
 from lsds_research.search.space import read_space, values_of
 
@@ -94,7 +94,7 @@ class CertifyStudy:
             )
         # Of all margins, those of a drop are what was counted.
         rows = [row | {"margin": _margin(row)} for row in chain.from_iterable(answered)]
-        warnings = not_begun(rows)
+        warnings = run_warnings(rows)
         points = np.array([row["point"] for row in rows])
         # A key without effect names no zone.
         points[:, [axis.key in fixed or axis.key in idle for axis in space]] = 0.5
@@ -289,13 +289,10 @@ def _notes(estimate: Estimate, is_plain: bool) -> list[str]:
         )
     elif half > PRECISE * (rarer := min(estimate.estimate, 1 - estimate.estimate)):
         needed = estimate.runs * (half / (PRECISE * rarer)) ** 2
+        few = min(estimate.failed, estimate.runs - estimate.failed) < FEW
         notes.append(
             "the budget is too small: the interval is wider than the probability itself, or than that of a hold"
-            + (
-                f"; about {needed:.0f} lifts would do"
-                if min(estimate.failed, estimate.runs - estimate.failed) >= FEW
-                else ""
-            )
+            + ("" if few else f"; about {needed:.0f} lifts would do")
         )
     return notes
 

@@ -17,7 +17,7 @@ from lsds_research.search.fixed_keys import held_fixed
 from lsds_research.search.objects import chosen_space
 from lsds_research.search.risk_options import RiskOptions
 from lsds_research.search.risk_plot import plot_risk
-from lsds_research.search.robustness import NOT_RUN, Limits, not_begun
+from lsds_research.search.robustness import NOT_RUN, Limits, run_warnings
 from lsds_research.search.scenarios import Scenarios, not_holdable, require_usable, undrawn_notes
 from lsds_research.search.split import Points, Probability, counted, split
 
@@ -92,7 +92,7 @@ class RiskStudy:
                 "figures_are": "simulated",
                 "seed": self._seed,
             },
-            warnings=not_begun(rows),
+            warnings=run_warnings(rows),
         )
 
     def _margin(self, row: dict[str, Any]) -> float:

@@ -68,7 +68,7 @@ def run_scenario(asked: tuple[Scenario, Limits, tuple[str, ...]]) -> dict[str, A
     }
 
 
-def not_begun(rows: Sequence[dict[str, Any]], most: float = MOST_NOT_RUN) -> list[str]:
+def run_warnings(rows: Sequence[dict[str, Any]], most: float = MOST_NOT_RUN) -> list[str]:
     """Return warnings on the scenarios whose lift could not begin, and on those that an unexpected error ended.
 
     Raises DataError if those that could not begin are more than the share `most`: what is counted among the others

@@ -16,7 +16,8 @@ from lsds.config.overrides import override_texts
 from lsds.errors import ConfigError
 from lsds.registry import PluginHost
 from lsds_research.cluster import Share, sharing
-from lsds_research.idle_keys import idle_keys, require_lift, require_objects
+from lsds_research.idle_keys import idle_keys, require_objects
+from lsds_research.job_of_a_run import require_lift
 from lsds_research.named_files import files_of_settings
 from lsds_research.run_store import add_run, read_runs
 from lsds_research.search.robustness import NOT_RUN, Limits, least, run_scenario

@@ -26,7 +26,7 @@ from lsds_research.search.fixed_keys import held_fixed
 from lsds_research.search.objects import chosen_space
 from lsds_research.search.options import SearchOptions
 from lsds_research.search.plot import plot_search
-from lsds_research.search.robustness import NOT_RUN, Limits, not_begun
+from lsds_research.search.robustness import NOT_RUN, Limits, run_warnings
 from lsds_research.search.scenarios import Scenarios, not_holdable, require_usable, undrawn_notes
 from lsds_research.search.seek import seek
 from lsds_research.search.shrink import shrunk
@@ -102,7 +102,7 @@ class SearchStudy:
                 "figures_are": "simulated",
                 "seed": self._seed,
             },
-            warnings=not_begun(rows, most=1.0),
+            warnings=run_warnings(rows, most=1.0),
         )
 
     def _found(self, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -31,6 +31,7 @@ def plot_map(path: Path, of: StabilityMap, rows: Sequence[dict[str, Value]]) -> 
     figures = {
         (row["method"], row["x"], row["y"]): math.inf if row["figure"] is None else float(row["figure"]) for row in rows
     }
+    curves = of.curves() if of.curves else ()
     mesh = None
     for index, ax in enumerate(panels.flat):
         if index >= len(methods):
@@ -48,9 +49,7 @@ def plot_map(path: Path, of: StabilityMap, rows: Sequence[dict[str, Value]]) -> 
         _ticks(ax.set_xticks, xs)
         _ticks(ax.set_yticks, ys)
         ax.tick_params(labelsize=7, labelbottom=index + across >= len(methods))
-        for about, label, points in of.curves() if of.curves else ():
-            if about != method:
-                continue
+        for label, points in ((label, points) for about, label, points in curves if about == method):
             across_x, across_y = (
                 [_place(point[axis], values) for point in points] for axis, values in ((0, xs), (1, ys))
             )

@@ -87,13 +87,17 @@ class Case:
 @cache
 def rig_keys(rig: str) -> frozenset[str]:
     """Return the config keys that a rig file gives; none for "". Raises ConfigError for a file that cannot be read."""
-    return frozenset(key for key, _ in flat(read_toml(Path(rig)))) if rig else frozenset()
+    return frozenset(key for key, _ in flat(_tables(rig)))
+
+
+def faults_of(rig: str) -> list[dict[str, Any]]:
+    """Return the faults that a rig file injects itself; none for ""."""
+    return list(_tables(rig).get("faults", ()))
 
 
 @cache
-def faults_of(rig: str) -> tuple[dict[str, Any], ...]:
-    """Return the faults that a rig file injects itself; none for ""."""
-    return tuple(read_toml(Path(rig)).get("faults", ())) if rig else ()
+def _tables(rig: str) -> dict[str, Any]:
+    return read_toml(Path(rig)) if rig else {}
 
 
 def run_case(case: Case) -> dict[str, Any] | str:

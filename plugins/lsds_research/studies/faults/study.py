@@ -18,7 +18,8 @@ from lsds.registry.backends import OWN_DISTRIBUTION, OWN_PREFIX
 from lsds.registry.host import PluginHost
 from lsds.session.verdict import Outcome
 from lsds_research.campaign_options import quickened
-from lsds_research.idle_keys import require_end, require_free
+from lsds_research.idle_keys import require_free
+from lsds_research.job_of_a_run import require_end
 from lsds_research.run_store import run_and_store
 from lsds_research.search.split import exact_bounds
 from lsds_research.studies.faults.case import OPENED_BY_FAULT_M, Case, run_case
@@ -28,6 +29,8 @@ from lsds_research.studies.faults.plot import plot_faults
 from lsds_research.study_backends import backend_names, with_own_defaults
 
 if TYPE_CHECKING:
+    from lsds.config import RigConfig
+
     Row = dict[str, Any]
 
 SQUEEZED = 2.0
@@ -137,9 +140,10 @@ def _planned(options: FaultsOptions, seed: int) -> list[Case]:
     """Return the runs, those without a fault first. Raises PluginError for an unknown fault, controller, detector."""
     host = PluginHost()
     require_free(options.settings, VARIED)
-    require_end(load_config(Path(options.rig) if options.rig else None, options.settings, host=host))
+    config = load_config(Path(options.rig) if options.rig else None, options.settings, host=host)
+    require_end(config)
     # Before the defaults are replaced, which then count as given.
-    options = _of_the_rig(host, options)
+    options = _of_the_rig(config, options)
     options = with_own_defaults(host, options, {"controllers": "controller", "detectors": "detector"})
     names = _once(backend_names(host, "fault", options.faults))
     controllers = _once(backend_names(host, "controller", options.controllers))
@@ -163,11 +167,10 @@ def _planned(options: FaultsOptions, seed: int) -> list[Case]:
     ]
 
 
-def _of_the_rig(host: PluginHost, options: FaultsOptions) -> FaultsOptions:
+def _of_the_rig(config: RigConfig, options: FaultsOptions) -> FaultsOptions:
     """Return the options with the rig file's controller and detector, where none are given."""
     if not options.rig:
         return options
-    config = load_config(Path(options.rig), host=host)
     own = {"controllers": [config.section("controller").backend], "detectors": [config.section("detector").backend]}
     return options.model_copy(update={field: v for field, v in own.items() if field not in options.model_fields_set})
 
