@@ -1,4 +1,4 @@
-"""Which values of unknown type are numbers; a bool is none, although Python counts it as an integer."""
+"""Which values of unknown type are numbers; a bool does not count as one, although Python makes it an integer."""
 
 from __future__ import annotations
 
