@@ -185,6 +185,7 @@ STABILITY_MAPS = {
     ),
     "loop-delay": MapEntry("loop_delay", *_SIM, "slip of a lift, by delay of the gripper and margin or gain"),
     "frame-rate": MapEntry("frame_rate", *_SIM, "slip of a lift, by frame interval and lost frames"),
+    "frame-jitter": MapEntry("frame_jitter", *_SIM, "slip of a lift, by frame interval and jitter"),
     "false-alarms": MapEntry("false_alarms", *_SIM, "grip over the needed one, by false alarms and time of the hold"),
     "friction-ticks": MapEntry("friction_ticks", *_SIM, "grip over the needed one, by friction ratio and tick size"),
     "spheres": MapEntry("spheres", *_SIM, "slip of spheres, by diameter and mass"),

@@ -109,9 +109,9 @@ def _has_comment(lines: list[str], statement: ast.stmt) -> bool:
 
 
 def tree() -> list[Constant]:
-    """Every named number of the packages."""
+    """Every named number of the packages, also of files that are not committed yet."""
     listed = subprocess.run(
-        ["git", "ls-files", *(f"{package}/*.py" for package in PACKAGES)],
+        ["git", "ls-files", "--cached", "--others", "--exclude-standard", *(f"{package}/*.py" for package in PACKAGES)],
         cwd=ROOT,
         capture_output=True,
         text=True,

@@ -106,8 +106,9 @@ def _names(source: str) -> Iterator[Idiom]:
 
 
 def tree() -> dict[str, list[Idiom]]:
-    """Every tracked document and source of the tree with its idioms."""
-    listed = subprocess.run(["git", "ls-files", "*.py", "*.md"], cwd=ROOT, capture_output=True, text=True, check=True)
+    """Every document and source of the tree with its idioms, also of files that are not committed yet."""
+    asked = ["git", "ls-files", "--cached", "--others", "--exclude-standard", "*.py", "*.md"]
+    listed = subprocess.run(asked, cwd=ROOT, capture_output=True, text=True, check=True)
     files = [ROOT / name for name in listed.stdout.split() if "house_rules/" not in name]
     found = {path.relative_to(ROOT).as_posix(): places(path) for path in files if path.exists()}
     return {name: idioms for name, idioms in found.items() if idioms}

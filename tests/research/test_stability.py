@@ -18,6 +18,7 @@ from lsds_research.stability.study import StabilityStudy, areas_on, map_named
 
 from lsds.cli.main import main
 from lsds.clock import VirtualClock
+from lsds.config import load_config
 from lsds.contracts import BuildContext
 from lsds.errors import DataError
 
@@ -177,3 +178,32 @@ def _wrong(*arguments):
     from lsds_research.stability.maps.moved_markers import wrong_unflagged
 
     return wrong_unflagged(*arguments)
+
+
+LIFTED = ["loop-delay", "frame-rate", "frame-jitter", "false-alarms", "friction-ticks"]
+LIFTED += ["spheres", "camera", "image", "edge", "texture"]
+
+
+@pytest.mark.parametrize("name", LIFTED)
+def test_every_point_of_a_full_map_is_a_valid_config(monkeypatch, installed_host, name):
+    """The column of 120 ms of `frame-rate` asked for more jitter than the sensor's option allowed."""
+    asked = []
+
+    def loaded(what):
+        asked.append(load_config(None, what.overrides(), host=installed_host))
+        return {"held": True, "slip_mm": 0.0, "peak_over_needed": 1.0, "late_reversals": 0}
+
+    monkeypatch.setattr("lsds_research.stability.maps.lifts.lift", loaded)
+    of = replace(map_named(name), seeds={"full": 1})
+    for point in of.points("full", 0):
+        of.measure(point.method, point.x, point.y, point.seed)
+    assert len(asked) == len(of.points("full", 0))
+
+
+def test_fingers_that_oscillate_until_the_end_of_a_hold_do_not_pass(monkeypatch):
+    found = {"held": True, "peak_over_needed": 1.2, "late_reversals": 1}
+    monkeypatch.setattr("lsds_research.stability.maps.friction_ticks.lifted", lambda *given: found)
+    of = map_named("friction-ticks")
+    assert of.measure("pd", 1.0, 0.2, 0) == 1.2
+    found["late_reversals"] = 2
+    assert of.measure("pd", 1.0, 0.2, 0) == math.inf

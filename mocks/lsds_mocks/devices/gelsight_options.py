@@ -51,7 +51,12 @@ class GelSightOptions(BaseModel):
     dim_start: bool = Field(default=True, description="first two frames are dim and red")
 
     rate_hz: float = Field(default=25.0, gt=0.5, le=120, description="nominal frame rate; many hosts receive 18-19")
-    jitter_ms: float = Field(default=1.5, ge=0, le=10, description="standard deviation of the exposure time")
+    jitter_ms: float = Field(
+        default=1.5,
+        ge=0,
+        le=100,
+        description="standard deviation of the exposure time; cut off at 0.3 of the interval: order is kept",
+    )
     latency_ms: float = Field(default=25.0, ge=10, le=500, description="latency from exposure to a readable frame")
     latency_jitter_ms: float = Field(default=2.0, ge=0, le=50, description="mean of the latency's tail")
     first_frame_ms: float = Field(default=100.0, ge=0, le=10000, description="time from connect to the first exposure")

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+from itertools import pairwise
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from lsds_research.studies.grip import study
-from lsds_research.studies.grip.lift import Lift
+from lsds_research.studies.grip.lift import CLOSES_M, Lift, reversals
 from lsds_research.studies.grip.options import GripOptions
 from lsds_research.studies.grip.random_objects import drawn
 from lsds_research.studies.grip.study import GripStudy
@@ -115,3 +118,19 @@ def test_a_firm_grip_that_holds_is_the_last_one_that_is_tried(monkeypatch, tmp_p
     assert len(found) == len(lifted)
     assert not failures
     assert ticks[-1] == (8, 8)
+
+
+TICKS = st.lists(st.integers(-20, 20), max_size=40)
+
+
+@given(TICKS)
+def test_reversals_are_the_local_extremes_of_the_aperture(ticks):
+    """With steps of whole closings, nothing is below the least step, and each turning point counts once."""
+    moves = [after - before for before, after in pairwise(ticks) if after != before]
+    turns = sum(after * before < 0 for before, after in pairwise(moves))
+    assert len(reversals([(number, tick * 1.01 * CLOSES_M) for number, tick in enumerate(ticks)])) == turns
+
+
+@given(TICKS)
+def test_an_aperture_that_moves_by_less_than_a_closing_does_not_reverse(ticks):
+    assert reversals([(number, tick * CLOSES_M / 41) for number, tick in enumerate(ticks)]) == []

@@ -26,6 +26,9 @@ MAP = slip_map(
     Axis("frame interval", "ms", (15, 25, 40, 60, 80, 100, 120), (20, 40, 80), (40, 80)),
     Axis("lost frames", "%", (0, 10, 20, 30, 40), (0, 20), (0,)),
     measure,
-    notes=("exposure times jitter by a tenth of the interval; half as many frames as are lost repeat the one before",),
+    notes=(
+        "exposure times jitter by a tenth of the interval (more of it: map frame-jitter)",
+        "half as many frames as are lost repeat the one before",
+    ),
 )
 study = partial(StabilityStudy, MAP)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 
 from lsds_research.stability.grid import Axis, StabilityMap
@@ -14,17 +15,20 @@ OPEN_TICK = 3
 """Position register of the open simulated gripper, ticks."""
 STROKE_MM = 50.0
 """Stroke of the simulated gripper, mm: that of a Hand-E."""
+LIMIT_CYCLE = 2
+"""Reversals of the fingers in the last five seconds of a hold that make a limit cycle: close, open, close."""
 
 
 def measure(method: str, ratio: float, tick_mm: float, seed: int) -> float:
-    """Return the greatest normal force over the needed one, in a hold of 10 s."""
+    """Return the greatest normal force over the needed one, in a hold of 10 s; infinity for a limit cycle."""
     settings = {
         "task.hold_s": 10.0,
         "cell.simulated.static_friction": STATIC,
         "cell.simulated.kinetic_friction": round(STATIC / ratio, 4),
         "gripper.mock-hand-e.closed_tick": OPEN_TICK + round(STROKE_MM / tick_mm),
     }
-    return peak(lifted(method, seed, settings))
+    found = lifted(method, seed, settings)
+    return math.inf if found["late_reversals"] >= LIMIT_CYCLE else peak(found)
 
 
 MAP = StabilityMap(
@@ -38,5 +42,6 @@ MAP = StabilityMap(
     "",
     GRIP_LIMIT,
     measure,
+    notes=(f"{LIMIT_CYCLE} reversals of the fingers in the last five seconds are a limit cycle, and do not pass",),
 )
 study = partial(StabilityStudy, MAP)

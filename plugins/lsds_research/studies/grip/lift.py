@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lsds.clock import cpu_ns
+from lsds.clock import NS_PER_S, cpu_ns
 from lsds.config.overrides import override_texts
 from lsds.errors import LsdsError
 from lsds.session.run import run
@@ -33,6 +33,8 @@ SLIPS_M_S = 1e-3
 """True slip velocity above which the object slips, m/s; chosen."""
 CLOSES_M = 2e-4
 """Minimum step of a closing, about a tick of a Hand-E."""
+LATE_NS = 5 * NS_PER_S
+"""The fingers' reversals are counted over this time at the end of a run; chosen, some ten answers of a gripper."""
 CHANGES: dict[str, dict[str, Any]] = {
     "none": {},
     "pour": {
@@ -116,6 +118,7 @@ class Lift:
 def lift(what: Lift) -> dict[str, Any] | str:
     """Run a lift; return its figures, or the reason of a failure."""
     closings: list[int] = []
+    commanded: list[tuple[int, float]] = []
     held_m = math.nan
 
     def take(cycle: Cycle) -> None:
@@ -123,6 +126,8 @@ def lift(what: Lift) -> dict[str, Any] | str:
         if cycle.command_m is not None and cycle.command_m < held_m - CLOSES_M:
             closings.append(cycle.t_ns)
         held_m = cycle.held_m
+        if math.isfinite(held_m):
+            commanded.append((cycle.t_ns, held_m))
 
     began_ns = cpu_ns()
     try:
@@ -134,10 +139,27 @@ def lift(what: Lift) -> dict[str, Any] | str:
     found = asdict(what) | figures(session.summary, session.verdict, session.truths, closings, after_s)
     found["frame_us"] = session.summary["frame_to_command_us"]["p50"]
     found["frame_mean_us"] = session.summary["frame_to_command_us"]["mean"]
-    simulated_ns = session.truths[-1].t_ns - session.truths[0].t_ns
+    end_ns = session.truths[-1].t_ns
+    found["late_reversals"] = sum(t_ns > end_ns - LATE_NS for t_ns in reversals(commanded))
+    simulated_ns = end_ns - session.truths[0].t_ns
     found["cost"] = (cpu_ns() - began_ns) / max(simulated_ns, 1)
     margin = session.verdict.force_margin
     return found | {"crushed": None if what.fragile_n is None or margin is None else margin < 0}
+
+
+def reversals(commanded: Sequence[tuple[int, float]]) -> list[int]:
+    """Return the times (ns) at which commanded apertures (ns, m) have turned back by a closing's least step."""
+    found: list[int] = []
+    direction, extreme_m = 0.0, commanded[0][1] if commanded else math.nan
+    for t_ns, aperture_m in commanded:
+        step_m = aperture_m - extreme_m
+        if direction * step_m > 0:
+            extreme_m = aperture_m
+        elif abs(step_m) >= CLOSES_M:
+            if direction:
+                found.append(t_ns)
+            direction, extreme_m = math.copysign(1.0, step_m), aperture_m
+    return found
 
 
 def figures(
