@@ -162,7 +162,7 @@ def _begun(
     failed = np.array(margins) < 0
     if not failed.any() or failed.all():
         return _Stage(np.ones(1), np.full(1, 0.5)), pool, np.zeros(size, int), lambda some: np.zeros(len(some), int)
-    forest = _forest(describe(points), failed, seed)
+    forest = fitted_forest(describe(points), failed, seed)
 
     def risk_of(some: Floats) -> Floats:
         return np.asarray(forest.predict_proba(describe(some))[:, 1])
@@ -185,7 +185,8 @@ def _begun(
     return _Stage(counts / size, rates, pool=size), pool, stratum, stratum_of
 
 
-def _forest(rows: Floats, failed: NDArray[np.bool_], seed: int) -> Any:
+def fitted_forest(rows: Floats, failed: NDArray[np.bool_], seed: int) -> Any:
+    """Return a random forest that predicts failures from described points (n, columns), fitted to their outcomes."""
     from sklearn.ensemble import RandomForestClassifier
 
     forest = RandomForestClassifier(TREES, min_samples_leaf=2, oob_score=True, random_state=seed, n_jobs=1)
@@ -261,7 +262,7 @@ def _auc(rows: Floats, margins: Sequence[float], weights: Sequence[float], seed:
     failed = np.array(margins) < 0
     if min(failed.sum(), (~failed).sum()) < 2:
         return float("nan")
-    votes = _forest(rows, failed, seed).oob_decision_function_[:, 1]
+    votes = fitted_forest(rows, failed, seed).oob_decision_function_[:, 1]
     voted = np.isfinite(votes)
     if min(failed[voted].sum(), (~failed[voted]).sum()) < 1:
         return float("nan")

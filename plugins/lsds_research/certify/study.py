@@ -87,13 +87,13 @@ class CertifyStudy:
             answered, estimate = scenarios.answer(
                 space,
                 draw,
-                _margin,
+                drop_margin,
                 lambda done, asked: tick(*self._progress(done, asked, began_ns)),
                 complete=complete,
                 room=partial(self._room, began_ns),
             )
         # Of all margins, those of a drop are what was counted.
-        rows = [row | {"margin": _margin(row)} for row in chain.from_iterable(answered)]
+        rows = [row | {"margin": drop_margin(row)} for row in chain.from_iterable(answered)]
         warnings = run_warnings(rows)
         points = np.array([row["point"] for row in rows])
         # A key without effect names no zone.
@@ -200,7 +200,7 @@ def _since_s(began_ns: int) -> float:
     return (perf_ns() - began_ns) / NS_PER_S
 
 
-def _margin(row: dict[str, Any]) -> float:
+def drop_margin(row: dict[str, Any]) -> float:
     """Return the margin of a drop: of hold and slip, and of an end without a name."""
     margins = row["margins"]
     return float(
@@ -299,7 +299,7 @@ def _notes(estimate: Estimate, is_plain: bool) -> list[str]:
 
 def _undecided(rows: Sequence[dict[str, Any]], estimate: Estimate) -> list[str]:
     """Return what lifts that show nothing, stopped or outside the model, could add to the probability."""
-    shows_nothing = [row["outcome"] in ("fault", NOT_RUN, Outcome.OUTSIDE) and _margin(row) >= 0 for row in rows]
+    shows_nothing = [row["outcome"] in ("fault", NOT_RUN, Outcome.OUTSIDE) and drop_margin(row) >= 0 for row in rows]
     share = float(estimate.weights[shows_nothing].sum())
     if not share:
         return []
