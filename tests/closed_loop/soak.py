@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import sys
 import threading
@@ -10,6 +11,7 @@ from typing import NamedTuple
 
 import lsds
 from lsds.contracts import Grip, Twist, Wanted
+from lsds.session.run import run
 
 OVERRIDES = ("cell.simulated.fidelity=winkler",)
 ROUND_S = 6.0
@@ -93,4 +95,31 @@ def start_and_stop(times):
                     break
         del engine
         seen.append(look(ended))
+    return seen
+
+
+class Visit(NamedTuple):
+    """The process after a time of simulated operation, when every object was lifted once more."""
+
+    after_s: float
+    look: Look
+
+
+def change_objects(names, least_s):
+    """Lift the objects of the catalogue in turn, each on a new gel, for a simulated time; return a visit a round.
+
+    The allocator returns its free pages before each look, so that the memory is what is in use.
+    """
+    seen = []
+    after_s, gel = 0.0, 0
+    while after_s < least_s:
+        for name in names:
+            gel += 1
+            overrides = (f"cell.simulated.object={name}", f"sensor.mock-gelsight-mini.gel={gel}", f"seed={gel}")
+            truths = run(None, overrides).truths
+            after_s += (truths[-1].t_ns - truths[0].t_ns) / 1e9
+            del truths
+        gc.collect()
+        ctypes.CDLL("libc.so.6").malloc_trim(0)
+        seen.append(Visit(after_s, look(len(seen) + 1)))
     return seen

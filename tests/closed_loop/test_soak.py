@@ -6,10 +6,12 @@ The quick forms run always; an hour of operation and a thousand starts with `-m 
 from __future__ import annotations
 
 import sys
+from statistics import median
 
 import pytest
+from lsds_research.collecting.objects import PLANS
 
-from tests.closed_loop.soak import ROUND_S, children, operate, start_and_stop
+from tests.closed_loop.soak import ROUND_S, change_objects, children, operate, start_and_stop
 
 pytestmark = [
     pytest.mark.usefixtures("installed_host"),
@@ -43,6 +45,20 @@ def test_an_hour_of_operation():
     minute = next(look for look in seen if look.ended * ROUND_S >= 60)
     assert seen[-1].resident_kb - minute.resident_kb < 1000
     assert (seen[-1].threads, seen[-1].descriptors) == (minute.threads, minute.descriptors)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(7200)
+def test_an_hour_of_changing_objects():
+    """The first two rounds, six minutes, fill the bounded caches of gel matrices and surfaces."""
+    seen = change_objects(list(PLANS), 3600)
+    early, late = seen[2:5], seen[-3:]
+    print(*seen, sep="\n")
+    assert median(visit.look.resident_kb for visit in late) - median(visit.look.resident_kb for visit in early) < 20_000
+    assert max(visit.look.blocks for visit in late) - min(visit.look.blocks for visit in early) < 2 * BLOCKS_A_ROUND
+    assert {(visit.look.threads, visit.look.descriptors) for visit in seen[1:]} == {
+        (seen[1].look.threads, seen[1].look.descriptors)
+    }
 
 
 @pytest.mark.slow
