@@ -273,7 +273,9 @@ class TouchFinder:
         self._untouched[name] = 0 if touches else self._untouched[name] + 1
         if not touches:
             self._free_m[name] = aperture
-            if self._untouched[name] >= MISTAKEN:
+            at_m, std_m = self._touched_m.get(name, (math.nan, math.nan))
+            # The contact of fingers that close farther grows, so a free gel there contradicts the touch.
+            if self._untouched[name] >= MISTAKEN or aperture < at_m - std_m * math.sqrt(3):
                 self._touched_m.pop(name, None)
         elif name not in self._touched_m:
             before = self._free_m.get(name, aperture)

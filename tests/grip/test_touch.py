@@ -146,6 +146,29 @@ def test_a_flicker_in_one_frame_does_not_move_the_touch():
     assert finder.touch_m == pytest.approx(0.009, abs=0.0005)
 
 
+def test_a_gel_that_is_free_at_a_smaller_aperture_was_not_touched_before():
+    """Two frames of a false alarm, one frame that shows the free gel, and then the object: on two of a thousand gels
+    the squeeze was counted from the false alarm, and the object stayed on the table."""
+    finder = TouchFinder(["left"], 0)
+    deep = [0.0] * 30 + [5.0, 5.0, 0.0, 3.0, 3.0, 3.0]
+    for step, pressed in enumerate(deep):
+        closed_mm = 0.4 * max(step - 25, 0)
+        own = Frame(image(step, pressed=pressed), step * 40 * MS, step)
+        finder.see(situation(step * 40 * MS, 0.02 - 1e-3 * closed_mm, [("left", own)]))
+        if step == 31:
+            assert finder.touch_m == pytest.approx(0.0182, abs=1e-4)
+    assert finder.touch_m == pytest.approx(0.017, abs=1e-4)
+
+
+def test_fingers_that_open_again_do_not_undo_the_touch_at_once():
+    finder = TouchFinder(["left"], 0)
+    for step, pressed in enumerate([0.0] * 30 + [5.0, 5.0, 0.0]):
+        closed_mm = 0.4 * max(step - 25, 0) if step < 32 else 0.0
+        own = Frame(image(step, pressed=pressed), step * 40 * MS, step)
+        finder.see(situation(step * 40 * MS, 0.02 - 1e-3 * closed_mm, [("left", own)]))
+    assert finder.touch_m == pytest.approx(0.0182, abs=1e-4)
+
+
 def test_the_touch_is_placed_between_frame_and_gripper_samples():
     finder = TouchFinder(["left", "right"], 0)
     closing(finder, {"left": 9.0, "right": 9.0})
