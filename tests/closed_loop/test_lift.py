@@ -12,6 +12,7 @@ from lsds.contracts import Setting, Situation
 from lsds.contracts.task import TaskOptions
 from lsds.errors import SafetyStop
 from lsds.session.run import run
+from lsds.tactile.touch import TouchFinder
 
 MS = 1_000_000
 ORDER = ["reference", "grasp", "settle", "lift", "hold", "done"]
@@ -129,8 +130,10 @@ def test_an_object_that_slides_for_ever_does_not_hold_up_the_run(installed_host)
     assert session.summary["outcome"] != "held"
 
 
-def test_a_touch_that_was_noticed_too_early_does_not_close_the_fingers_too_far():
-    """On this gel the touch is noticed 1.1 mm before the pipe. It was closed to 5.2 times the needed force."""
+def test_a_touch_that_was_noticed_too_early_does_not_close_the_fingers_too_far(monkeypatch):
+    """With a touch that is noticed 1.1 mm before the pipe it was closed to 5.2 times the needed force."""
+    noticed = TouchFinder.touch_m.fget
+    monkeypatch.setattr(TouchFinder, "touch_m", property(lambda finder: noticed(finder) + 1.1e-3))
     keys = ["seed=502", "sensor.mock-gelsight-mini.gel=502", "task.first_squeeze_m=0.0014", "task.lift_s=1.2"]
     session = run(None, keys)
     assert session.summary["outcome"] == "held"
