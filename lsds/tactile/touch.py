@@ -204,6 +204,7 @@ class TouchFinder:
         self._heard_ns = dict.fromkeys(names, start_ns)
         self._count = dict.fromkeys(names, 0)
         self._free_m: dict[str, float] = {}
+        # Per finger: apertures of the last frame without touch and of the first with it.
         self._touched_m: dict[str, tuple[float, float]] = {}
         self._touching = dict.fromkeys(names, False)
         self._untouched = dict.fromkeys(names, 0)
@@ -245,12 +246,12 @@ class TouchFinder:
     @property
     def touch_m(self) -> float:
         """Aperture at which the last finger touched, m; NaN before the first touch."""
-        return min((at for at, _ in self._touched_m.values()), default=math.nan)
+        return min(((free + at) / 2 for free, at in self._touched_m.values()), default=math.nan)
 
     @property
     def std_m(self) -> float:
         """Standard deviation of `touch_m`, m: the touch lies between two frames."""
-        return max((std for _, std in self._touched_m.values()), default=math.nan)
+        return max((abs(free - at) / math.sqrt(12) for free, at in self._touched_m.values()), default=math.nan)
 
     def again(self) -> None:
         """Forget the touch, but not the learnt gel without contact."""
@@ -273,13 +274,11 @@ class TouchFinder:
         self._untouched[name] = 0 if touches else self._untouched[name] + 1
         if not touches:
             self._free_m[name] = aperture
-            at_m, std_m = self._touched_m.get(name, (math.nan, math.nan))
             # The contact of fingers that close farther grows, so a free gel there contradicts the touch.
-            if self._untouched[name] >= MISTAKEN or aperture < at_m - std_m * math.sqrt(3):
+            if self._untouched[name] >= MISTAKEN or aperture < min(self._touched_m.get(name, (math.nan,))):
                 self._touched_m.pop(name, None)
         elif name not in self._touched_m:
-            before = self._free_m.get(name, aperture)
-            self._touched_m[name] = ((before + aperture) / 2, abs(before - aperture) / math.sqrt(12))
+            self._touched_m[name] = self._free_m.get(name, aperture), aperture
 
 
 def aperture_at(apertures: Sequence[tuple[int, float]], t_ns: int) -> float:

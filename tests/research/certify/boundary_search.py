@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from lsds_research.certify.needed_force import NeededForce
 from lsds_research.certify.sequential import RUNS_PER_BATCH, Describe, Floats, Points, fitted_forest, plain, sequential
-from lsds_research.certify.study import USUAL_SLIP_MM, drop_margin
+from lsds_research.certify.study import QUICK, USUAL_SLIP_MM, drop_margin
 from lsds_research.search.objects import OBJECTS, completed
 from lsds_research.search.robustness import Limits
 from lsds_research.search.scenarios import Scenarios
@@ -34,8 +34,6 @@ from sklearn.preprocessing import StandardScaler
 
 FIRST = 40_000
 """Seed of the first repetition; no other draw in the tree uses seeds from here on."""
-FAST = ("cell.simulated.fidelity=winkler", "task.hold_s=0.5")
-"""Config keys of every lift: bristles and a short hold, for speed."""
 COARSE_SHARE = 2 / 3
 """Share of the lifts in the first stage of the boundary search."""
 BOUNDARY = (0.3, 0.7)
@@ -94,7 +92,7 @@ def main() -> None:
     parser.add_argument("--out", default="")
     parser.add_argument("--json", type=Path)
     own = parser.parse_args()
-    describe = NeededForce(OBJECTS, completed, FAST)
+    describe = NeededForce(OBJECTS, completed, QUICK)
     dimensions = len(OBJECTS)
 
     def used(budget: int, runs: int) -> float:
@@ -107,7 +105,7 @@ def main() -> None:
     }
     found: list[dict[str, Any]] = []
     limits = Limits(slip_m=USUAL_SLIP_MM * 1e-3, peak=None)
-    with Scenarios(limits, FAST, own.out, own.jobs, "") as scenarios:
+    with Scenarios(limits, QUICK, own.out, own.jobs, "") as scenarios:
         evenly = plain(dimensions, partial(used, own.held_out), FIRST - 1, describe)
         held_out, truth, count = lifted(scenarios, evenly)
         described = describe(held_out)

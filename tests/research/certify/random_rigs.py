@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 from lsds_research.certify.options import CertifyOptions
-from lsds_research.certify.study import CertifyStudy
+from lsds_research.certify.study import QUICK, CertifyStudy
 from scipy.stats import beta, betabinom
 
 from lsds.clock import VirtualClock
@@ -25,8 +25,6 @@ from lsds.contracts import BuildContext
 
 FIRST = 4000
 """Seed of the first rig; no other draw in the tree uses seeds from here on."""
-LIFT = ("cell.simulated.fidelity=winkler", "task.hold_s=0.5")
-"""Config keys of every lift: bristles and a short hold, for speed."""
 
 
 def drawn(rig: int) -> list[str]:
@@ -49,7 +47,7 @@ def drawn(rig: int) -> list[str]:
 
 
 def certified(settings: list[str], runs: int, seed: int, jobs: int, *, plain: bool) -> dict[str, Any]:
-    options = CertifyOptions(runs=runs, settings=[*LIFT, *settings], jobs=jobs, plain=plain)
+    options = CertifyOptions(runs=runs, settings=[*QUICK, *settings], jobs=jobs, plain=plain)
     study = CertifyStudy(options, BuildContext(VirtualClock(), seed=seed))
     details = study.run(lambda done, asked: None).details
     return {**details["probability"], "auc": details["auc"]}

@@ -8,22 +8,29 @@ from lsds_research.stability.grid import Axis
 from lsds_research.stability.maps.lifts import lifted, slip_map, slip_mm
 from lsds_research.stability.study import StabilityStudy
 
+INTERVALS = Axis("frame interval", "ms", (15, 25, 40, 60, 80, 100, 120), (20, 40, 80), (40, 80))
+
+
+def slip_at(method: str, interval_ms: float, seed: int, *, jitter: float, lost: float = 0.0) -> float:
+    """Return the slip of the pipe (mm); `jitter` is a share of the interval, `lost` one of the frames."""
+    settings = {
+        "sensor.mock-gelsight-mini.rate_hz": 1e3 / interval_ms,
+        "sensor.mock-gelsight-mini.jitter_ms": jitter * interval_ms,
+        "sensor.mock-gelsight-mini.drop_probability": lost,
+        "sensor.mock-gelsight-mini.duplicate_probability": lost / 2,
+    }
+    return slip_mm(lifted(method, seed, settings))
+
 
 def measure(method: str, interval_ms: float, lost_percent: float, seed: int) -> float:
     """Return the slip of the pipe (mm)."""
-    settings = {
-        "sensor.mock-gelsight-mini.rate_hz": 1e3 / interval_ms,
-        "sensor.mock-gelsight-mini.jitter_ms": 0.1 * interval_ms,
-        "sensor.mock-gelsight-mini.drop_probability": lost_percent / 100,
-        "sensor.mock-gelsight-mini.duplicate_probability": lost_percent / 200,
-    }
-    return slip_mm(lifted(method, seed, settings))
+    return slip_at(method, interval_ms, seed, jitter=0.1, lost=lost_percent / 100)
 
 
 MAP = slip_map(
     "frame-rate",
     "Lift of the pipe: slip by frame interval and lost frames",
-    Axis("frame interval", "ms", (15, 25, 40, 60, 80, 100, 120), (20, 40, 80), (40, 80)),
+    INTERVALS,
     Axis("lost frames", "%", (0, 10, 20, 30, 40), (0, 20), (0,)),
     measure,
     notes=(

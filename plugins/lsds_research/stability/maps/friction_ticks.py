@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from functools import partial
 
+from lsds.clock import NS_PER_S
 from lsds_research.stability.grid import Axis, StabilityMap
 from lsds_research.stability.maps.lifts import CONTROLLERS, FIXED, GRIP_LIMIT, lifted, peak
 from lsds_research.stability.study import StabilityStudy
+from lsds_research.studies.grip.lift import LATE_NS
 
 STATIC = 0.55
 """Static friction of the lifted object, that of the catalogue's PVC pipe."""
@@ -16,7 +18,7 @@ OPEN_TICK = 3
 STROKE_MM = 50.0
 """Stroke of the simulated gripper, mm: that of a Hand-E."""
 LIMIT_CYCLE = 2
-"""Reversals of the fingers in the last five seconds of a hold that make a limit cycle: close, open, close."""
+"""Reversals of the fingers late in a hold (`LATE_NS`) that make a limit cycle: close, open, close."""
 
 
 def measure(method: str, ratio: float, tick_mm: float, seed: int) -> float:
@@ -42,6 +44,6 @@ MAP = StabilityMap(
     "",
     GRIP_LIMIT,
     measure,
-    notes=(f"{LIMIT_CYCLE} reversals of the fingers in the last five seconds are a limit cycle, and do not pass",),
+    notes=(f"{LIMIT_CYCLE} reversals of the fingers in the last {LATE_NS // NS_PER_S} s, a limit cycle, do not pass",),
 )
 study = partial(StabilityStudy, MAP)
