@@ -31,7 +31,7 @@ BACK_OFF_M = 1.5e-3
 MOST_BACK_OFF_M = 8e-3
 """Maximum opening of the fingers before the gel must be free, m; chosen."""
 FREE_FRAMES = PAIRED_FRAMES
-"""Frames without touch in a row that show that the gel is free: those of a mean that holds no earlier frame."""
+"""Frames without touch in a row that show that the gel is free: those of pairs without an earlier frame."""
 FIRST_SHARE = 0.8
 """Share of the limit of a fragile object that the first squeeze uses; chosen."""
 ARRIVED_TICKS = 0.75

@@ -4,7 +4,8 @@ Under a flat face that is pressed evenly, markers hardly move and slopes are too
 of any real surface changes the light a little everywhere. The detector compares block means of the image with those of
 the last frames without contact; its score is the change divided by the noise of that change. A plain touch shows in one
 frame. The smooth face of a phone changes each block by less than the noise of a frame, but in all frames alike: that
-shows in the mean product of two frames' changes, to which independent noise contributes nothing.
+shows in the product of two frames' changes, to which independent noise contributes nothing. Two frames may have the
+same noise by chance or by repetition, so the median of several pairs counts.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Collection, Sequence
+from statistics import median
 from typing import TYPE_CHECKING
 
 import cv2
@@ -52,8 +54,9 @@ LEAST_CHANGE = 1e-3
 SCATTER = 1 / math.sqrt(2 * 3 * BLOCKS[0] * BLOCKS[1])
 """Minimum relative standard deviation of the change: the expected one, which few frames may underestimate."""
 
-PRODUCT_SCATTER = 1 / math.sqrt(3 * 3 * BLOCKS[0] * BLOCKS[1])
-"""Minimum standard deviation of the mean product, noise squared: that of the three pairs of four frames."""
+PRODUCT_SCATTER = 0.67 / math.sqrt(3 * BLOCKS[0] * BLOCKS[1])
+"""Minimum standard deviation of the product, noise squared: that of the median of three independent pairs, 0.67 times
+that of one."""
 
 
 class TouchSense:
@@ -114,7 +117,7 @@ class TouchSense:
         self.score = (change - mean) / max(std, SCATTER * mean, LEAST_CHANGE)
         if not repeated:
             self._recent.append(blocks)
-        product = gain**2 * self._mean_product(still)
+        product = gain**2 * self._common_product(still)
         if len(self._products) >= LEAST_LEARNT_FRAMES and math.isfinite(product):
             mean_product, std = _mean_and_std(self._products)
             noise = max(std, PRODUCT_SCATTER * mean**2, LEAST_CHANGE**2)
@@ -137,15 +140,17 @@ class TouchSense:
         old_m, now_m = self._waiting[0][-1], self._waiting[-1][-1]
         return not (old_m - now_m < LEARNING_TRAVEL_M and self._widest_m - now_m > AT_REST_M)
 
-    def _mean_product(self, still: Blocks) -> float:
-        """Return the mean product of the recent frames' changes, in pairs that lie apart; NaN without such a pair."""
+    def _common_product(self, still: Blocks) -> float:
+        """Return the median product of the recent frames' changes, in pairs that lie apart; NaN with too few frames."""
+        if len(self._recent) < PAIRED_FRAMES:
+            return math.nan
         changes = [(blocks - still).ravel() for blocks in self._recent]
-        pairs = [
-            first @ second
+        products = [
+            float(first @ second)
             for n, second in enumerate(changes)
             for first in changes[: max(n - PAIR_DISTANCE_FRAMES + 1, 0)]
         ]
-        return float(np.mean(pairs)) / still.size if pairs else math.nan
+        return median(products) / still.size
 
     def _learn(self, blocks: Blocks, change: float) -> None:
         self._keep(blocks)

@@ -54,6 +54,18 @@ def test_frames_that_the_camera_sends_twice_are_no_touch():
     assert not any(touched)
 
 
+@pytest.mark.parametrize("apart", [2, 3])
+def test_two_frames_with_the_same_noise_are_no_touch(apart):
+    sense = TouchSense()
+    touched = []
+    for seed in range(200):
+        now = image(seed)
+        if seed == 100 + apart:
+            now[:60] = image(100)[:60]
+        touched.append(sense.update(Frame(now, seed * 40 * MS, seed)))
+    assert not any(touched)
+
+
 def test_the_pairs_do_not_reach_back_before_the_fingers_opened():
     sense = TouchSense()
     for seed in range(100):
