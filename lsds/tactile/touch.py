@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Collection, Sequence
+from itertools import combinations
 from statistics import median
 from typing import TYPE_CHECKING
 
@@ -49,6 +50,8 @@ PAIRED_FRAMES = 4
 """Number of recent frames whose changes are multiplied in pairs: a faint touch is found at most 3 frames late."""
 PAIR_DISTANCE_FRAMES = 2
 """Minimum distance of a pair, frames: a camera may send parts of a frame twice, with the same noise."""
+PAIRS = [(m, n) for m, n in combinations(range(PAIRED_FRAMES), 2) if n - m >= PAIR_DISTANCE_FRAMES]
+"""The pairs of the recent frames: three."""
 LEAST_CHANGE = 1e-3
 """Minimum standard deviation of the change, grey levels: that assumed for a camera without noise."""
 SCATTER = 1 / math.sqrt(2 * 3 * BLOCKS[0] * BLOCKS[1])
@@ -145,12 +148,7 @@ class TouchSense:
         if len(self._recent) < PAIRED_FRAMES:
             return math.nan
         changes = [(blocks - still).ravel() for blocks in self._recent]
-        products = [
-            float(first @ second)
-            for n, second in enumerate(changes)
-            for first in changes[: max(n - PAIR_DISTANCE_FRAMES + 1, 0)]
-        ]
-        return median(products) / still.size
+        return median(float(changes[first] @ changes[second]) for first, second in PAIRS) / still.size
 
     def _learn(self, blocks: Blocks, change: float) -> None:
         self._keep(blocks)

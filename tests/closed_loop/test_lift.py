@@ -130,14 +130,14 @@ def test_an_object_that_slides_for_ever_does_not_hold_up_the_run(installed_host)
     assert session.summary["outcome"] != "held"
 
 
-@pytest.mark.parametrize("gel", [502, 503])
-def test_a_touch_that_was_noticed_too_early_does_not_close_the_fingers_too_far(monkeypatch, gel):
-    """With a touch that is noticed 1.1 mm before the pipe it was closed to 5.2 times the needed force; since then to
-    1.5 to 3.6 times on 16 gels."""
+@pytest.mark.parametrize(("gel", "most"), [(503, 2), (502, 4)])
+def test_a_touch_that_was_noticed_too_early_does_not_close_the_fingers_too_far(monkeypatch, gel, most):
+    """With a touch that is noticed 1.1 mm before the pipe it was closed to 5.2 times the needed force. On gels 502 to
+    517 it is now closed to 2.0 times in the median, and on gel 502 the farthest, to 3.5 times."""
     noticed = TouchFinder.touch_m.fget
     monkeypatch.setattr(TouchFinder, "touch_m", property(lambda finder: noticed(finder) + 1.1e-3))
     keys = [f"seed={gel}", f"sensor.mock-gelsight-mini.gel={gel}", "task.first_squeeze_m=0.0014", "task.lift_s=1.2"]
     session = run(None, keys)
     assert session.summary["outcome"] == "held"
     needed_n = max(truth.required_normal_force_n for truth in session.truths)
-    assert max(truth.normal_force_n for truth in session.truths) < 4 * needed_n
+    assert max(truth.normal_force_n for truth in session.truths) < most * needed_n
